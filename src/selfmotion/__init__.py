@@ -1,0 +1,1 @@
+"""Kinematic redundancy of the human arm."""
