@@ -1,1 +1,1 @@
-"""kinematics."""
+"""Kinematics: chains, arms, frames, Jacobians, gravity torque and inertia, swivel angle."""

@@ -1,1 +1,1 @@
-"""redundancy."""
+"""Redundancy: tasks, the weighted pseudo-inverse and the null space."""
