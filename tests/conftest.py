@@ -1,0 +1,36 @@
+"""Shapes are types in the tests: every call into the library is checked against its annotations."""
+
+import functools
+import inspect
+import os
+from collections.abc import Callable
+from typing import Any
+
+# No test opens a window, asks for a display or spreads over all cores (numba reads it on import).
+os.environ["MPLBACKEND"] = "Agg"
+os.environ.setdefault("NUMBA_NUM_THREADS", "2")
+
+import numba
+from jaxtyping import install_import_hook
+
+
+def _compiling_the_bare_function(decorator: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a numba decorator see the function itself, which the import hook has wrapped.
+
+    The hook puts its checker below all other decorators; numba cannot compile a checker.
+    """
+
+    @functools.wraps(decorator)
+    def decorate(*args: Any, **options: Any) -> Any:
+        if args and inspect.isfunction(args[0]):
+            return decorator(inspect.unwrap(args[0]), *args[1:], **options)
+        made = decorator(*args, **options)
+        return lambda function: made(inspect.unwrap(function))
+
+    return decorate
+
+
+for _name in ("njit", "jit", "vectorize", "guvectorize"):
+    setattr(numba, _name, _compiling_the_bare_function(getattr(numba, _name)))
+
+install_import_hook("selfmotion", "beartype.beartype")
