@@ -1,0 +1,63 @@
+"""The checks that a recording makes of its arrays when it is built."""
+
+import numpy as np
+
+from selfmotion.arrays import require_finite, require_shape
+from selfmotion.errors import NotFiniteError, RangeError, ShapeError
+
+# Samples looked at in one go when searching for NaN, so that K = 1e6 needs no large temporary.
+CHUNK = 65_536
+
+
+def check_time(time: np.ndarray) -> None:
+    """Refuse an empty, non-finite or not strictly increasing time axis."""
+    if time.size == 0:
+        raise ShapeError("time: 0 samples; at least one is needed")
+    require_finite("time", time)
+    backward = np.flatnonzero(np.diff(time) <= 0.0)
+    if backward.size:
+        at = int(backward[0]) + 1
+        raise RangeError(
+            f"time[{at}] = {time[at]:g} after {time[at - 1]:g}: time must increase strictly"
+        )
+
+
+def check_shapes(arrays: dict[str, np.ndarray]) -> tuple[int, int]:
+    """Check that all arrays agree and suffice; give the numbers of joints and task rows."""
+    if not ("q" in arrays or "x" in arrays or {"qd", "jacobian"} <= arrays.keys()):
+        found = ", ".join(name for name in arrays if name != "time") or "nothing"
+        raise ShapeError(f"recording: q, or qd with jacobian, or x is needed; found {found}")
+    samples = len(arrays["time"])
+    n_joints = {k: arrays[k].shape[-1] for k in ("q", "qd", "jacobian") if k in arrays}
+    n_rows = {k: arrays[k].shape[1] for k in ("x", "xd", "jacobian") if k in arrays}
+    n, m = next(iter(n_joints.values()), 0), next(iter(n_rows.values()), 0)
+    for name, array in arrays.items():
+        shape = {"q": (samples, n), "qd": (samples, n), "jacobian": (samples, m, n)}
+        require_shape(name, array, (samples,) if name == "time" else shape.get(name, (samples, m)))
+        if array.size == 0:
+            raise ShapeError(f"{name}: shape {array.shape} holds no values")
+    return n, m
+
+
+def full_names(field: str, given: tuple[str, ...], default: tuple[str, ...]) -> tuple[str, ...]:
+    """Give the names, or the default where none are given; refuse too few, too many, or twice."""
+    names = tuple(str(name) for name in given) or default
+    if len(names) != len(default):
+        raise ShapeError(f"{field}: {len(names)} names for {len(default)} {field}")
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ShapeError(f"{field}: {', '.join(twice)} named more than once")
+    return names
+
+
+def refuse_infinite(name: str, array: np.ndarray) -> None:
+    """Refuse infinite values, naming the first; NaN is a gap and passes."""
+    for at in range(0, len(array), CHUNK):
+        bad = np.isinf(array[at : at + CHUNK])
+        if bad.any():
+            first = np.argwhere(bad)[0]
+            first[0] += at
+            where = ", ".join(str(int(i)) for i in first)
+            raise NotFiniteError(
+                f"{name}[{where}] = {array[tuple(first)]}: values must be finite (NaN marks a gap)"
+            )
