@@ -45,9 +45,7 @@ def unit(name: str, vector: ArrayLike) -> np.ndarray:
     return v / length
 
 
-def transform(
-    rotation: ArrayLike | None = None, translation: ArrayLike | None = None
-) -> Transform:
+def transform(rotation: ArrayLike | None = None, translation: ArrayLike | None = None) -> Transform:
     """Build a 4x4 transform from a 3x3 rotation (default: none) and a translation (m)."""
     out = np.eye(4)
     if rotation is not None:

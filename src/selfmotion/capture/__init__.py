@@ -1,1 +1,1 @@
-"""capture."""
+"""From raw measurement to recordings that the methods take."""

@@ -31,6 +31,7 @@ class Arm:
         up: (3,) upward direction in the ground frame.
         forward: (3,) direction in which the person looks.
         source: where model, limits and masses come from.
+        task: the kind of task that is meant where none is named: position, planar or pointing.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Arm:
     up: Float[np.ndarray, "3"] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     forward: Float[np.ndarray, "3"] = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
     source: str = ""
+    task: str = "position"
 
     def __post_init__(self) -> None:
         """Check shapes, masses and landmarks; make arrays read-only."""

@@ -12,9 +12,7 @@ from selfmotion.kinematics import kernels
 from selfmotion.kinematics.chain import GROUND, Chain, Tip
 
 
-def forward_kinematics(
-    chain: Chain, q: ArrayLike, tip: Tip
-) -> Float[np.ndarray, "samples 4 4"]:
+def forward_kinematics(chain: Chain, q: ArrayLike, tip: Tip) -> Float[np.ndarray, "samples 4 4"]:
     """Give the frame of a tip in the ground, for each posture.
 
     Args:
@@ -68,9 +66,7 @@ def frames_and_jacobian(
     return T, J
 
 
-def body_frames(
-    chain: Chain, q: ArrayLike
-) -> Float[np.ndarray, "samples all_joints 4 4"]:
+def body_frames(chain: Chain, q: ArrayLike) -> Float[np.ndarray, "samples all_joints 4 4"]:
     """Give the frames of all bodies in the ground, (K, N, 4, 4)."""
     z = chain.z_frames
     R, p = kernels.body_frames(

@@ -44,7 +44,9 @@ def swivel_angle(
         >>> swivel_angle([0, 0, 0], [0.2, 0.2, 0], [0, 0.4, 0], down=[0, 0, -1]).round(4).tolist()
         [1.5708]
     """
-    S, E, W = (_points(n, v) for n, v in (("shoulder", shoulder), ("elbow", elbow), ("wrist", wrist)))
+    S, E, W = (
+        _points(n, v) for n, v in (("shoulder", shoulder), ("elbow", elbow), ("wrist", wrist))
+    )
     lengths = {len(a) for a in (S, E, W)} - {1}
     if len(lengths) > 1:
         raise ShapeError(f"shoulder, elbow and wrist have {len(S)}, {len(E)} and {len(W)} samples")

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, require_finite
-from selfmotion.errors import RangeError, ShapeError
+from selfmotion.errors import RangeError, ShapeError, unknown_name
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import forward_kinematics, geometric_jacobian
 from selfmotion.spatial import exp_rotation, log_rotation, skew
@@ -243,6 +243,25 @@ class RowMask:
         return self.task.error(q, target)[:, list(self.rows)]
 
 
+def task_for(arm: Arm, kind: str | None = None, landmark: str = "hand") -> Task:
+    """Build a task by its kind.
+
+    Args:
+        arm: the arm.
+        kind: position, pose, planar or pointing; left out: the arm's own kind.
+        landmark: what has the task.
+
+    Raises:
+        UnknownNameError: there is no such kind of task, or no such landmark.
+    """
+    kinds = {"position": Position, "pose": Pose, "planar": Planar, "pointing": Pointing}
+    kind = arm.task if kind is None else kind
+    if kind not in kinds:
+        raise unknown_name("task", kind, tuple(kinds))
+    arm.tip(landmark)
+    return kinds[kind](arm, landmark)
+
+
 def pose_rows(T: Float[np.ndarray, "samples 4 4"]) -> Float[np.ndarray, "samples 6"]:
     """Turn frames (K, 4, 4) into rows of a `Pose`: position (m) and rotation vector (rad)."""
     return np.concatenate([T[:, :3, 3], log_rotation(T[:, :3, :3])], axis=1)
@@ -254,5 +273,3 @@ def _target(target: ArrayLike, n_rows: int) -> Float[np.ndarray, "samples rows"]
         raise ShapeError(f"target has shape {array.shape}; expected (samples, {n_rows})")
     require_finite("target", array)
     return array
-
-
