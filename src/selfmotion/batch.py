@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from selfmotion.errors import MissingExtraError, RangeError, SelfmotionError, Status
 
@@ -130,7 +130,8 @@ def _completed(
 
     calls = (joblib.delayed(_attempt)(function, i, item) for i, item in enumerate(items))
     with _backend(runner):
-        for number, outcome in joblib.Parallel(return_as="generator_unordered")(calls):
+        outcomes = joblib.Parallel(return_as="generator_unordered")(calls)
+        for number, outcome in cast(Iterator[tuple[int, Outcome]], outcomes):
             yield items[number], outcome
 
 

@@ -39,7 +39,7 @@ def attach_arm(
     moving = recording if held else with_velocities(recording, cutoff=cutoff)
     q, qd = moving.array("q")[:, columns], moving.array("qd")[:, columns]
     task = task_for(arm) if task is None else task
-    known = np.isfinite(q).all(axis=1) & np.isfinite(qd).all(axis=1)
+    known = np.asarray(np.isfinite(np.concatenate([q, qd], axis=1)).all(axis=1))
     if not known.any():
         raise NotFiniteError(f"{recording.name}: no sample has every joint and its velocity")
     J = _filled(task.jacobian(q[known]), known)

@@ -6,7 +6,7 @@ person (or a model) moves freely, as the shoulder girdle follows shoulder elevat
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -121,7 +121,7 @@ class Chain:
     offsets: Float[np.ndarray, "all_joints 4 4"]
     lower: Float[np.ndarray, " coords"]
     upper: Float[np.ndarray, " coords"]
-    coupling: Coupling = field(default=None)  # pyright: ignore[reportArgumentType]
+    coupling: Coupling = cast(Coupling, None)  # filled in below, where the names are known
 
     def __post_init__(self) -> None:
         """Check the parts against each other and make the arrays read-only."""
