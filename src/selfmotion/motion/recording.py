@@ -7,7 +7,7 @@ Arrays are held as read-only views: building, windowing and selecting copy no sa
 import warnings
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, no_type_check
 
 import numpy as np
 from jaxtyping import Float
@@ -43,6 +43,9 @@ def sample_numbers(n_samples: int) -> Float[np.ndarray, " samples"]:
     return np.arange(n_samples, dtype=np.float64)
 
 
+# no_type_check: what files hold arrives here unchecked, and bad shapes must meet the checks below
+# (one line for the user) before any run-time type checker.
+@no_type_check
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One movement (trial) of one person.
