@@ -33,4 +33,7 @@ def _compiling_the_bare_function(decorator: Callable[..., Any]) -> Callable[...,
 for _name in ("njit", "jit", "vectorize", "guvectorize"):
     setattr(numba, _name, _compiling_the_bare_function(getattr(numba, _name)))
 
-install_import_hook("selfmotion", "beartype.beartype")
+# An int is welcome where a float is asked for, as in the type checkers.
+install_import_hook(
+    "selfmotion", "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))"
+)
