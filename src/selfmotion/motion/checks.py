@@ -61,3 +61,38 @@ def refuse_infinite(name: str, array: np.ndarray) -> None:
             raise NotFiniteError(
                 f"{name}[{where}] = {array[tuple(first)]}: values must be finite (NaN marks a gap)"
             )
+
+
+def refuse_partial_gaps(name: str, array: np.ndarray) -> None:
+    """Refuse a sample in which some values are NaN and others are not: that is no gap.
+
+    A sensor that loses its sight loses the whole sample. One NaN among good values is a fault of
+    the computation behind it, and dropping the sample would hide it.
+    """
+    for at in range(0, len(array), CHUNK):
+        part = array[at : at + CHUNK]
+        bad = np.isnan(part).reshape(len(part), -1)
+        partial = bad.any(axis=1) & ~bad.all(axis=1)
+        if partial.any():
+            row = int(np.flatnonzero(partial)[0])
+            inner = np.unravel_index(int(np.flatnonzero(bad[row])[0]), part.shape[1:])
+            where = ", ".join(str(int(i)) for i in (at + row, *inner))
+            raise NotFiniteError(
+                f"{name}[{where}] = nan: values must be finite (a gap is NaN in the whole sample)"
+            )
+
+
+def velocity_residual(jacobian: np.ndarray, qd: np.ndarray, xd: np.ndarray) -> float:
+    """Give |xd - J qd| relative to the larger of |xd| and |J qd|, over all samples that hold both.
+
+    0: they belong together; 1 and more: they do not (unit, sign, order of joints, frame).
+    """
+    apart = size = 0.0
+    for at in range(0, len(qd), CHUNK):
+        here = slice(at, at + CHUNK)
+        predicted = np.einsum("kij,kj->ki", jacobian[here], qd[here])
+        whole = ~(np.isnan(predicted) | np.isnan(xd[here])).any(axis=1)
+        ours, theirs = predicted[whole], xd[here][whole]
+        apart += float(((theirs - ours) ** 2).sum())
+        size += float(np.maximum((theirs**2).sum(axis=1), (ours**2).sum(axis=1)).sum())
+    return float(np.sqrt(apart / size)) if size > 0.0 else 0.0
