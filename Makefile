@@ -63,7 +63,7 @@ $(VENV)/.installed-dev: $(VENV)/.made $(INSTALL_INPUTS)
 	@touch $@ $(VENV)/.installed
 
 # An interpreter counts if it runs and is new enough: names on the path may be empty shells.
-FIND_PYTHON = for candidate in $(PYTHON) python3 python3.13 python3.12 python3.11 python; do \
+FIND_PYTHON = for candidate in $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python); do \
 	    "$$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	        && { echo "$$candidate"; break; }; done
 

@@ -3,6 +3,7 @@
 import functools
 import inspect
 import os
+import typing
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ os.environ["MPLBACKEND"] = "Agg"
 os.environ.setdefault("NUMBA_NUM_THREADS", "2")
 
 import numba
+import numpy.typing
 from jaxtyping import install_import_hook
 
 
@@ -32,6 +34,13 @@ def _compiling_the_bare_function(decorator: Callable[..., Any]) -> Callable[...,
 
 for _name in ("njit", "jit", "vectorize", "guvectorize"):
     setattr(numba, _name, _compiling_the_bare_function(getattr(numba, _name)))
+
+# NumPy's ArrayLike refuses tuples when it is checked (they have no __reversed__). What the library
+# is given as such it checks itself, in `as_float_array`.
+setattr(numpy.typing, "ArrayLike", object)  # noqa: B010  (the type checker sees the real one)
+
+# Every Protocol is checked by its members, whether or not it says @runtime_checkable.
+setattr(typing.Protocol, "_is_runtime_protocol", True)  # noqa: B010
 
 # An int is welcome where a float is asked for, as in the type checkers.
 install_import_hook(
