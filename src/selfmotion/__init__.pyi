@@ -1,0 +1,66 @@
+# The public names. One `from MODULE import NAME as NAME` adds a name; modules are absolute.
+
+# -- the version
+from selfmotion._version import __version__ as __version__
+
+# -- recorded motion
+from selfmotion.motion.labels import Frame as Frame
+from selfmotion.motion.labels import Labels as Labels
+from selfmotion.motion.recording import GapWarning as GapWarning
+from selfmotion.motion.recording import Recording as Recording
+from selfmotion.motion.recording import Study as Study
+from selfmotion.motion.filters import differentiate as differentiate
+from selfmotion.motion.filters import fill_gaps as fill_gaps
+from selfmotion.motion.filters import low_pass as low_pass
+from selfmotion.motion.filters import normalise_time as normalise_time
+from selfmotion.motion.filters import resample as resample
+from selfmotion.motion.filters import smoothing_spline as smoothing_spline
+from selfmotion.motion.filters import with_velocities as with_velocities
+from selfmotion.motion.files import load as load
+from selfmotion.capture.attach import attach_arm as attach_arm
+from selfmotion.capture.attach import attach_arm_to_study as attach_arm_to_study
+
+# -- arms and their kinematics
+from selfmotion.arms import arm_names as arm_names
+from selfmotion.arms import load_arm as load_arm
+from selfmotion.kinematics.arm import Arm as Arm
+from selfmotion.kinematics.chain import Chain as Chain
+from selfmotion.kinematics.chain import Coupling as Coupling
+from selfmotion.kinematics.chain import Tip as Tip
+from selfmotion.kinematics.dynamics import gravity_torque as gravity_torque
+from selfmotion.kinematics.dynamics import inertia_matrix as inertia_matrix
+from selfmotion.kinematics.forward import forward_kinematics as forward_kinematics
+from selfmotion.kinematics.forward import geometric_jacobian as geometric_jacobian
+from selfmotion.kinematics.swivel import arm_swivel_angle as arm_swivel_angle
+from selfmotion.kinematics.swivel import swivel_angle as swivel_angle
+
+# -- tasks and redundancy
+from selfmotion.redundancy.projection import Projection as Projection
+from selfmotion.redundancy.projection import project as project
+from selfmotion.redundancy.projection import split_velocity as split_velocity
+from selfmotion.redundancy.task import Planar as Planar
+from selfmotion.redundancy.task import Pointing as Pointing
+from selfmotion.redundancy.task import Pose as Pose
+from selfmotion.redundancy.task import Position as Position
+from selfmotion.redundancy.task import RowMask as RowMask
+from selfmotion.redundancy.task import Task as Task
+
+# -- many at once
+from selfmotion.batch import Item as Item
+from selfmotion.batch import Outcome as Outcome
+from selfmotion.batch import Runner as Runner
+from selfmotion.batch import run_batch as run_batch
+
+# -- what went wrong, where it comes from, whom to cite
+from selfmotion.errors import FileFormatError as FileFormatError
+from selfmotion.errors import MissingExtraError as MissingExtraError
+from selfmotion.errors import ModelError as ModelError
+from selfmotion.errors import NotFiniteError as NotFiniteError
+from selfmotion.errors import RangeError as RangeError
+from selfmotion.errors import SelfmotionError as SelfmotionError
+from selfmotion.errors import ShapeError as ShapeError
+from selfmotion.errors import Status as Status
+from selfmotion.errors import UnknownNameError as UnknownNameError
+from selfmotion.papers import PAPERS as PAPERS
+from selfmotion.papers import Paper as Paper
+from selfmotion.provenance import Provenance as Provenance
