@@ -92,6 +92,18 @@ def study_from_arrays(source: str, arrays: Mapping[str, np.ndarray]) -> Study:
     return Study(tuple(recordings))
 
 
+def require_whole_gaps(source: str, arrays: Mapping[str, np.ndarray]) -> None:
+    """Refuse samples of which only a part is NaN (see `refuse_partial_gaps`).
+
+    For files of computed arrays. A table of joint angles may well lack one joint for a while.
+    """
+    with naming(source):
+        for name in FIELDS:
+            array = np.asarray(arrays.get(name, 0.0))
+            if array.ndim > 1 and array.size and array.dtype.kind == "f":
+                refuse_partial_gaps(name, array)
+
+
 def require_consistent(recording: Recording) -> None:
     """Refuse a task velocity that the joints' velocities do not make.
 
@@ -144,7 +156,6 @@ def _numeric_fields(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     check_shapes({"time": sample_numbers(lengths[first])} | found)
     for name, array in found.items():
         refuse_infinite(name, array)
-        refuse_partial_gaps(name, array)
     return found
 
 

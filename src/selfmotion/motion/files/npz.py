@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from selfmotion.errors import FileFormatError, ShapeError
-from selfmotion.motion.files.arrays_to_study import study_from_arrays
+from selfmotion.motion.files.arrays_to_study import require_whole_gaps, study_from_arrays
 from selfmotion.motion.files.whole import write_whole
 from selfmotion.motion.labels import LABEL_NAMES
 from selfmotion.motion.recording import FIELDS, Recording, Study
@@ -32,7 +32,9 @@ def read_npz(path: str | Path) -> Study:
         >>> [(r.labels.trial, r.n_samples, r.timed) for r in read_npz(where)]
         [('1', 3, False), ('2', 3, False)]
     """
-    return study_from_arrays(str(path), _arrays(path))
+    arrays = _arrays(path)
+    require_whole_gaps(str(path), arrays)
+    return study_from_arrays(str(path), arrays)
 
 
 def write_npz(path: str | Path, recordings: Study | Sequence[Recording]) -> Path:
