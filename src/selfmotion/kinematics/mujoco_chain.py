@@ -34,6 +34,8 @@ from selfmotion.spatial import rotation_about, transform
 UNLIMITED_TURN, UNLIMITED_SLIDE = 2 * np.pi, 1.0
 
 _HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
+_EQUAL_JOINT = int(mujoco.mjtEq.mjEQ_JOINT)
+_LOOPS = (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD))
 _JOINT, _BODY, _SITE = mujoco.mjtObj.mjOBJ_JOINT, mujoco.mjtObj.mjOBJ_BODY, mujoco.mjtObj.mjOBJ_SITE
 
 
@@ -200,7 +202,7 @@ def _couplings(
     """
     equalities: dict[int, tuple[int, np.ndarray]] = {}
     for e in range(model.neq):
-        if model.eq_type[e] != mujoco.mjtEq.mjEQ_JOINT or not model.eq_active0[e]:
+        if int(model.eq_type[e]) != _EQUAL_JOINT or not model.eq_active0[e]:
             continue
         follower, leader = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
         if follower in equalities:
@@ -273,10 +275,10 @@ def _motion(model: mujoco.MjModel, joint: int, value: float) -> Transform:
 
 def _refuse_loops(model: mujoco.MjModel, bodies: list[Tip]) -> None:
     for e in range(model.neq):
-        if model.eq_type[e] not in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+        if int(model.eq_type[e]) not in _LOOPS:
             continue
         ids = [int(model.eq_obj1id[e]), int(model.eq_obj2id[e])]
-        if model.eq_objtype[e] == _SITE:
+        if int(model.eq_objtype[e]) == int(_SITE):
             ids = [int(model.site_bodyid[i]) for i in ids]
         carriers = {bodies[i].joint for i in ids}
         if model.eq_active0[e] and len(carriers) > 1:
