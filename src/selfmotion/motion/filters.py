@@ -13,8 +13,6 @@ from typing import TypeAlias
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
-from scipy import signal
-from scipy.interpolate import CubicSpline, UnivariateSpline, make_smoothing_spline
 
 from selfmotion.arrays import as_float_array, require_shape
 from selfmotion.errors import RangeError, ShapeError
@@ -67,6 +65,8 @@ def low_pass(x: ArrayLike, rate: float, cutoff: float, *, order: int = 4) -> Sig
     # The shift is exact in the warped frequency tan(pi f / rate) of the bilinear transform.
     shift = (np.sqrt(2.0) - 1.0) ** (-1.0 / (2 * each))
     design = 2.0 / np.pi * np.arctan(np.tan(np.pi * cutoff / rate) * shift)
+    from scipy import signal  # SciPy's parts are slow to import, and velocities need none of them
+
     sections = np.asarray(signal.butter(each, design, output="sos"))
     longest = int(np.ceil(SETTLING_PERIODS * rate / cutoff))
 
@@ -173,6 +173,8 @@ def fill_gaps(x: ArrayLike, time: ArrayLike, *, max_gap: float) -> tuple[Signal,
     """
     if not max_gap >= 0.0:
         raise RangeError(f"max_gap = {max_gap:g} s: must not be negative")
+    from scipy.interpolate import CubicSpline
+
     samples = _signal("x", x).copy()
     instants = _instants(time, len(samples))
     columns = samples.reshape(len(samples), -1)
@@ -213,8 +215,13 @@ def resample(
     instants = _instants(time, len(samples))
     if len(samples) < 2:
         raise ShapeError("x: 1 sample; resampling needs at least 2")
+    from scipy.interpolate import CubicSpline
+
     wanted = np.linspace(instants[0], instants[-1], n_samples)
     columns = samples.reshape(len(samples), -1)
+    if not np.isnan(columns).any():
+        values = CubicSpline(instants, columns)(wanted)
+        return wanted, values.reshape(n_samples, *samples.shape[1:])
     out = np.full((n_samples, columns.shape[1]), np.nan)
     for i, column in enumerate(columns.T):
         for start, stop in _stretches(~np.isnan(column)):
@@ -311,6 +318,8 @@ def _by_stretch(
 def _fit_spline(
     time: np.ndarray, columns: np.ndarray, noise: float | None
 ) -> Callable[[np.ndarray, int], np.ndarray]:
+    from scipy.interpolate import UnivariateSpline, make_smoothing_spline
+
     if noise is None:
         # One column at a time: each has its own noise, so each gets its own smoothness.
         splines = [make_smoothing_spline(time, column) for column in columns.T]
