@@ -80,10 +80,13 @@ def exp_rotation(r: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 
 
 
 def rotation_taking_z_to(axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """Give a rotation whose third column is `axis` (unit), the shortest one from z."""
-    z = np.array([0.0, 0.0, 1.0])
-    c = float(axis[2])
-    if c < -1.0 + 1e-12:  # opposite to z: half a turn about x
-        return np.diag([1.0, -1.0, -1.0])
-    v = skew(np.cross(z, axis))
-    return np.eye(3) + v + v @ v / (1.0 + c)
+    """Give a rotation whose third column is `axis` (unit).
+
+    It is the shortest from z, or, for an axis that points below, half a turn about x and then the
+    shortest from -z: the shortest from z loses its digits near -z.
+    """
+    below = axis[2] < 0.0
+    a = -axis if below else axis
+    v = skew(np.cross([0.0, 0.0, 1.0], a))
+    R = np.eye(3) + v + v @ v / (1.0 + a[2])
+    return R * np.array([1.0, -1.0, -1.0]) if below else R

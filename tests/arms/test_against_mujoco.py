@@ -17,7 +17,8 @@ from tests.arms.mujoco_oracle import NAMES, Oracle, arm_called
 
 
 def equal(actual: ArrayLike, expected: ArrayLike, message: str = "") -> None:
-    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=1e-10, err_msg=message)
+    a, b = np.asarray(actual), np.asarray(expected)
+    np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-10, err_msg=message)
 
 
 @pytest.fixture(params=NAMES, scope="module")

@@ -28,7 +28,8 @@ RNG_SEED = 3
 
 
 def equal(actual: ArrayLike, expected: ArrayLike, message: str = "") -> None:
-    np.testing.assert_allclose(actual, expected, rtol=0.0, atol=1e-13, err_msg=message)
+    a, b = np.asarray(actual), np.asarray(expected)
+    np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-13, err_msg=message)
 
 
 def random_angles(n: int, k: int = 20) -> np.ndarray:

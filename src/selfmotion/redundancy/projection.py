@@ -113,6 +113,7 @@ def split_velocity(
     qd = np.atleast_2d(as_float_array("velocity", velocity))
     require_finite("velocity", qd)
     p = project(jacobian, weights)
+    require_shape("velocity", qd, (None, p.null.shape[-1]))
     if len(p.null) not in (1, len(qd)):
         raise ShapeError(f"velocity has {len(qd)} samples, jacobian {len(p.null)}")
     null = np.einsum("kij,kj->ki", np.broadcast_to(p.null, (len(qd), *p.null.shape[1:])), qd)
