@@ -1,0 +1,236 @@
+"""Write a report as one HTML file: pictures inline, nothing fetched, printable, light and dark.
+
+A report is a list of sections of plain words, pictures and tables; everything is escaped. The
+file is written whole or not at all.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from selfmotion.errors import RangeError, unknown_name
+from selfmotion.papers import PAPERS, Paper
+from selfmotion.provenance import Provenance
+from selfmotion.report.svg import inline_svg
+from selfmotion.writing import write_whole
+
+# Digits shown in a table; the files beside the report hold all of them.
+TABLE_DIGITS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A figure with what stands below it and what a screen reader says.
+
+    Attributes:
+        figure: the drawing.
+        caption: one or two sentences below it.
+        alt: what it shows, in words, for people who do not see it.
+    """
+
+    figure: Figure
+    caption: str
+    alt: str
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A table with a caption.
+
+    Attributes:
+        frame: the rows; the index is not shown. Missing values are shown as a dash.
+        caption: what it holds, with units.
+        digits: significant digits of its numbers.
+    """
+
+    frame: pd.DataFrame
+    caption: str
+    digits: int = TABLE_DIGITS
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """One part of a report.
+
+    Attributes:
+        heading: its title.
+        words: paragraphs of plain text.
+        points: a list below the paragraphs.
+        pictures: figures, in order.
+        tables: tables, after the figures.
+        warning: something the reader must not miss; shown in a box.
+    """
+
+    heading: str
+    words: tuple[str, ...] = ()
+    points: tuple[str, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    tables: tuple[Table, ...] = ()
+    warning: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Footer:
+    """What stands at the end of a report.
+
+    Attributes:
+        provenance: how the results were made.
+        papers: keys of the papers to cite, as in ``Khoramshahi2022``.
+    """
+
+    provenance: tuple[Provenance, ...] = ()
+    papers: tuple[str, ...] = ()
+
+
+def write_report(
+    path: str | Path,
+    title: str,
+    sections: Sequence[Section],
+    *,
+    summary: str = "",
+    footer: Footer | None = None,
+) -> Path:
+    """Write a report as one self-contained HTML file.
+
+    Args:
+        path: the file; it is replaced only once the new one is complete.
+        title: title of the page.
+        sections: its parts, in order.
+        summary: what the reader should take home, in one or two sentences.
+        footer: provenance and citations.
+
+    Returns:
+        The path.
+
+    Raises:
+        RangeError: there is no section.
+        UnknownNameError: a paper's key does not exist.
+
+    Example:
+        >>> import tempfile
+        >>> folder = tempfile.mkdtemp()
+        >>> made = write_report(folder + "/r.html", "Weights", [Section("Result", ("All well.",))])
+        >>> "All well." in made.read_text(encoding="utf-8")
+        True
+    """
+    return write_whole(path, render_report(title, sections, summary=summary, footer=footer))
+
+
+def render_report(
+    title: str,
+    sections: Sequence[Section],
+    *,
+    summary: str = "",
+    footer: Footer | None = None,
+) -> str:
+    """Give the HTML text of a report; see :func:`write_report`."""
+    if not sections:
+        raise RangeError("report: 0 sections; at least one is needed")
+    end = footer or Footer()
+    environment = Environment(
+        loader=PackageLoader("selfmotion.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    anchors = _anchors([section.heading for section in sections])
+    return environment.get_template("report.html.j2").render(
+        title=title,
+        summary=summary,
+        parts=[_part(s, anchor) for s, anchor in zip(sections, anchors, strict=True)],
+        provenance=[_provenance_rows(p) for p in end.provenance],
+        citations=[_citation(key) for key in end.papers],
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    section: Section
+    anchor: str
+    svgs: list[Markup]
+    tables: list[tuple[str, list[str], list[list[tuple[str, bool]]]]]
+
+
+def _part(section: Section, anchor: str) -> _Part:
+    svgs = [
+        Markup(inline_svg(picture.figure, f"{anchor}-{i}", label=picture.alt))
+        for i, picture in enumerate(section.pictures)
+    ]
+    return _Part(section, anchor, svgs, [_cells(table) for table in section.tables])
+
+
+def _cells(table: Table) -> tuple[str, list[str], list[list[tuple[str, bool]]]]:
+    """Give caption, header and rows of (text, whether it is a number)."""
+    header = [str(column).replace("_", " ") for column in table.frame.columns]
+    rows = [
+        [_cell(value, table.digits) for value in row]
+        for row in table.frame.itertuples(index=False, name=None)
+    ]
+    return table.caption, header, rows
+
+
+def _cell(value: object, digits: int) -> tuple[str, bool]:
+    if isinstance(value, bool) or type(value).__name__ == "bool":
+        return ("yes" if value else "no"), False
+    if value is None or value is pd.NaT or (isinstance(value, float) and value != value):
+        return "–", False
+    if isinstance(value, float):
+        return format_number(value, digits), True
+    if isinstance(value, int) or type(value).__name__.startswith("int"):
+        return str(value), True
+    return str(value), False
+
+
+def format_number(value: float, digits: int = TABLE_DIGITS) -> str:
+    """Write a number with significant digits, and powers of ten as people write them.
+
+    Example:
+        >>> format_number(0.0123456), format_number(1234.5), format_number(1.5e-9)
+        ('0.0123', '1234', '1.50×10⁻⁹')
+    """
+    if value == 0.0:
+        return "0"
+    if 1e-4 <= abs(value) < 1e6:
+        decimals = max(0, digits - 1 - _exponent(value))
+        return f"{value:.{decimals}f}".replace("-", "−")
+    mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+    power = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa}×10{power}".replace("-", "−")
+
+
+def _exponent(value: float) -> int:
+    return int(f"{value:e}".split("e")[1])
+
+
+def _anchors(headings: list[str]) -> list[str]:
+    """Give each heading an id that is unique in the page."""
+    taken: list[str] = []
+    for heading in headings:
+        base = re.sub(r"[^a-z0-9]+", "-", heading.lower()).strip("-") or "part"
+        name, number = base, 2
+        while name in taken:
+            name, number = f"{base}-{number}", number + 1
+        taken.append(name)
+    return taken
+
+
+def _provenance_rows(provenance: Provenance) -> list[tuple[str, str]]:
+    rows = [("method", provenance.method), ("version", provenance.version)]
+    rows += [(f"input {name}", digest) for name, digest in provenance.inputs.items()]
+    if provenance.seed is not None:
+        rows.append(("seed", str(provenance.seed)))
+    return rows + [(name.replace("_", " "), str(v)) for name, v in provenance.choices.items()]
+
+
+def _citation(key: str) -> tuple[Paper, str]:
+    if key not in PAPERS:
+        raise unknown_name("paper", key, tuple(PAPERS))
+    paper = PAPERS[key]
+    return paper, f"doi:{paper.doi}" if paper.doi else ""

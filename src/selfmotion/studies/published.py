@@ -1,0 +1,126 @@
+"""Published numbers beside ours: one row a number, with a word on what may be compared."""
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+SAME = "same computation"
+SAME_DATA = "same computation on the published recordings"
+KIND = "same kind: recordings not at hand"
+TREND = "same trend"
+
+
+@dataclass(frozen=True)
+class Published:
+    """A number, or a few that belong together, as a paper prints it.
+
+    Attributes:
+        key: short name by which ours is filed.
+        where: figure, table or section.
+        quantity: what it is, in words.
+        values: the printed numbers.
+        unit: their unit; empty for a pure number.
+    """
+
+    key: str
+    where: str
+    quantity: str
+    values: tuple[float, ...]
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Ours:
+    """Our counterpart of a published number.
+
+    Attributes:
+        key: the published number that it stands beside.
+        values: our numbers, in the same order.
+        kind: `SAME`, `SAME_DATA`, `TREND` or `KIND`.
+        note: a word on the difference.
+    """
+
+    key: str
+    values: tuple[float, ...]
+    kind: str
+    note: str
+
+    @property
+    def comparable(self) -> bool:
+        """Whether the two numbers ought to agree."""
+        return self.kind in (SAME, SAME_DATA, TREND)
+
+
+def beside(published: tuple[Published, ...], ours: tuple[Ours, ...]) -> pd.DataFrame:
+    """Put each published number beside ours.
+
+    Returns:
+        Columns where, quantity, unit, published, ours (text: numbers parted by commas),
+        comparable, kind, note; a number without counterpart has an empty `ours` and says so.
+    """
+    found = {o.key: o for o in ours}
+    rows = []
+    for p in published:
+        o = found.get(p.key)
+        rows.append(
+            {
+                "where": p.where,
+                "quantity": p.quantity,
+                "unit": p.unit,
+                "published": as_text(p.values),
+                "ours": as_text(o.values) if o else "",
+                "comparable": o.comparable if o else False,
+                "kind": o.kind if o else "not computed",
+                "note": o.note if o else "",
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def as_text(values: tuple[float, ...]) -> str:
+    """Write numbers with three significant digits, parted by commas; unknown ones as a dash."""
+    return ", ".join("–" if v != v else _short(v) for v in values)
+
+
+def _short(value: float) -> str:
+    if value == 0 or 1e-3 <= abs(value) < 1e4:
+        return f"{value:.3g}"
+    return f"{value:.1e}"
+
+
+KHORAMSHAHI2022 = (
+    Published("example_1_error", "Fig 1", "mean norm of the final weight error", (0.07,)),
+    Published(
+        "gamma_monotone",
+        "Fig 2",
+        "γ = 0 converges fastest, γ = 1 never updates (1: so found)",
+        (1.0, 1.0),
+    ),
+    Published("example_2_zero", "Fig 3", "weights found with γ = 0", (0.0, 1.0)),
+    Published("example_2_high", "Fig 3", "weights found with γ = 0.9 (the true ones)", (1.0, 0.01)),
+    Published("example_2_threshold", "Fig 3", "γ above which the weights converge", (0.5,)),
+    Published("beta_natural", "Section 5", "contribution β, Natural", (0.04, 0.27, 0.65, 0.04)),
+    Published("beta_viscous", "Section 5", "contribution β, Viscous", (0.09, 0.68, 0.14, 0.09)),
+    Published("hotelling_t2", "Fig 6", "Hotelling's T², Natural against Viscous", (225.3,)),
+    Published("hotelling_f", "Fig 6", "F (2, 15)", (105.6,)),
+    # The paper prints "p = 0.000"; F(2, 15) = 105.6 gives this.
+    Published("hotelling_p", "Fig 6", "p of F (2, 15) = 105.6 (printed: 0.000)", (1.5e-9,)),
+    Published(
+        "null_smaller",
+        "Fig 7",
+        "null-space velocity smaller with identified weights than with W = I, "
+        "Natural and Viscous (1: so found)",
+        (1.0, 1.0),
+    ),
+    Published(
+        "null_reversal",
+        "Fig 7",
+        "Viscous uses the null space more with identified weights, Natural with W = I "
+        "(1: so found)",
+        (1.0, 1.0),
+    ),
+    Published("table1_natural", "Table 1", "contribution β, Natural", (0.01, 0.01, 0.98)),
+    Published("table1_locked", "Table 1", "contribution β, Locked", (0.15, 0.72, 0.13)),
+    Published("table1_coupled", "Table 1", "contribution β, Coupled", (0.62, 0.08, 0.30)),
+    Published("table1_assistive", "Table 1", "contribution β, Assistive", (0.05, 0.12, 0.83)),
+)
