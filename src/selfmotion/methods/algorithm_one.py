@@ -112,7 +112,7 @@ def algorithm_one(
             status = _frozen(schedule, iteration)
             break
         new = _update(w, moment, sums.cross, ratio, problem.groups)
-        change = float(np.abs(np.log(new / w)).max())
+        change = _change(np.log(new / w), problem)
         before, ratio_before, w = w, ratio, new
         history.append(w)
         if schedule.settled(iteration) and change <= tolerance * (1.0 - ratio):
@@ -126,6 +126,17 @@ def algorithm_one(
         status=status,
         ratio=ratio,
     )
+
+
+def _change(step: np.ndarray, problem: Problem) -> float:
+    """Find the largest step of a log-weight, without joints that never move: those drift for ever."""
+    largest = 0.0
+    for group in problem.groups:
+        live = [i for i in group if problem.moving[i]]
+        if live:
+            drift = 0.0 if len(live) == len(group) else step[live].mean()
+            largest = max(largest, float(np.abs(step[live] - drift).max()))
+    return largest
 
 
 def _frozen(schedule: NullSchedule, iteration: int) -> Status:

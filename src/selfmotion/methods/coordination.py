@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from scipy import signal
 
 from selfmotion.arrays import JointVector
 from selfmotion.errors import RangeError
@@ -162,6 +161,8 @@ def relative_phase(recordings: Recordings, *, n_points: int = 101) -> RelativePh
 
 
 def _signal_phase(q: np.ndarray) -> np.ndarray:
+    from scipy.signal import hilbert  # slow to import, and not always needed
+
     centred = q - 0.5 * (q.max(axis=0) + q.min(axis=0))
     mirrored = np.concatenate([centred[::-1], centred, centred[::-1]])
-    return np.angle(np.asarray(signal.hilbert(mirrored, axis=0)))[len(q) : 2 * len(q)]
+    return np.angle(np.asarray(hilbert(mirrored, axis=0)))[len(q) : 2 * len(q)]

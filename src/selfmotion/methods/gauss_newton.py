@@ -31,6 +31,8 @@ DECREASE_TOLERANCE = 1e-14
 """Converged if the model promises a smaller relative decrease of the cost."""
 ZERO_RESIDUAL = 1e-28
 """A cost below this times ½Σ‖q̇‖² is rounding."""
+UNIQUE_TOLERANCE = 1e-10
+"""Second smallest eigenvalue of the linear problem, relative to the largest, taken for zero."""
 HALVINGS = 30
 
 
@@ -112,8 +114,10 @@ def first_guess(linear: np.ndarray, groups: tuple[tuple[int, ...], ...]) -> np.n
     theta = np.zeros(len(linear))
     for group in groups:
         at = np.array(group)
-        w = np.linalg.eigh(linear[np.ix_(at, at)])[1][:, 0]
-        w = w * np.sign(w.sum())
+        values, vectors = np.linalg.eigh(linear[np.ix_(at, at)])
+        w = vectors[:, 0] * np.sign(vectors[:, 0].sum())
+        if values[1] <= UNIQUE_TOLERANCE * values[-1]:
+            continue  # more than one vector fits: the movement leaves the weights open
         if w.min() > w.max() * np.exp(-0.5 * LOG_RANGE):
             theta[at] = np.log(w)
     return normalise(theta, groups)

@@ -28,6 +28,8 @@ STRUCTURE_TOLERANCE = 1e-6
 """Size of an entry of Z (and of ZZᵀ) below which it counts as zero; above single precision."""
 EXCITATION_TOLERANCE = 1e-10
 """Eigenvalue of the Fisher matrix, scaled to a unit diagonal, below which it counts as zero."""
+ROUNDING = 1e3 * float(np.finfo(np.float64).eps)
+"""Rounding of an entry of the Fisher matrix, relative to its largest."""
 ESTIMABLE_TOLERANCE = 1e-4
 """Part of a contrast (relative length) that may lie in null(F)."""
 
@@ -157,7 +159,10 @@ def find_excitation(fisher: np.ndarray, structure: Structure) -> Excitation:
     away = np.eye(n) - basis @ basis.T
     scaled = away @ (scale[:, None] * fisher * scale[None, :]) @ away
     values, vectors = np.linalg.eigh(0.5 * (scaled + scaled.T))
-    excited = values > EXCITATION_TOLERANCE
+    curved = np.diag(fisher)[scale > 0.0]
+    spread = curved.max() / curved.min() if len(curved) else 1.0
+    # entries are rounded relative to the largest, which the scaling to a unit diagonal blows up
+    excited = values > max(EXCITATION_TOLERANCE, ROUNDING * spread)
     return Excitation(scale, vectors[:, excited], vectors[:, ~excited])
 
 
@@ -165,8 +170,10 @@ def contrast_errors(excitation: Excitation, covariance: np.ndarray) -> np.ndarra
     """Give the standard errors of all log-ratios (n, n); infinite where not estimable."""
     n = len(covariance)
     errors = np.full((n, n), np.inf)
+    np.fill_diagonal(errors, 0.0)
+    if not np.isfinite(covariance).all():
+        return errors
     for i in range(n):
-        errors[i, i] = 0.0
         for j in range(i):
             if excitation.estimable(i, j):
                 variance = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]

@@ -4,7 +4,7 @@
 into temporal coordination, at the price of fewer samples a weight.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -68,7 +68,7 @@ def weights_by_trial(
     Standard errors then rest on stretches of time within the trial.
     """
 
-    def identify(part: Sequence[Recording]) -> WeightEstimate:
+    def identify(part: Study) -> WeightEstimate:
         return identify_weights(
             part, method=method, null_ratio=null_ratio, null_schedule=null_schedule, options=options
         )
@@ -77,6 +77,21 @@ def weights_by_trial(
     estimates = [_attempt(identify, (trial,), method) for trial in trials]
     edges = np.tile([0.0, 1.0], (len(trials), 1))
     return WeightSeries(tuple(trial.name for trial in trials), tuple(estimates), edges)
+
+
+def estimate_each(
+    parts: Mapping[str, Sequence[Recording]],
+    identify: Callable[[Study], WeightEstimate],
+    method: Method = "ml",
+) -> dict[str, WeightEstimate]:
+    """Estimate each part of the data alone; one that fails has a status, and the rest goes on.
+
+    Args:
+        parts: name to recordings, as of one person, one file or one condition.
+        identify: takes the part's recordings.
+        method: what to call the method in the estimate of a part that failed.
+    """
+    return {name: _attempt(identify, tuple(part), method) for name, part in parts.items()}
 
 
 def weights_by_window(
@@ -102,7 +117,7 @@ def weights_by_window(
         RangeError: edges that do not ascend within 0 to 1.
     """
 
-    def identify(part: Sequence[Recording]) -> WeightEstimate:
+    def identify(part: Study) -> WeightEstimate:
         return identify_weights(
             part, method=method, null_ratio=null_ratio, null_schedule=null_schedule, options=options
         )
@@ -111,7 +126,7 @@ def weights_by_window(
     edges = _edges(windows)
     estimates = []
     for low, high in zip(edges[:-1], edges[1:], strict=True):
-        cut = [_cut(trial, low, high, last=high == edges[-1]) for trial in trials]
+        cut = [_cut(trial, low, high, last=bool(high == edges[-1])) for trial in trials]
         part = tuple(piece for piece in cut if piece is not None)
         estimates.append(_attempt(identify, part or trials.recordings[:1], method, empty=not part))
     names = tuple(f"{a:.4g}-{b:.4g}" for a, b in zip(edges[:-1], edges[1:], strict=True))
@@ -141,7 +156,7 @@ def _cut(trial: Recording, low: float, high: float, *, last: bool) -> Recording 
 
 
 def _attempt(
-    identify: Callable[[Sequence[Recording]], WeightEstimate],
+    identify: Callable[[Study], WeightEstimate],
     part: Sequence[Recording],
     method: Method,
     *,
@@ -152,6 +167,6 @@ def _attempt(
     if empty:
         return nothing_identified(joints, method, "no samples in this window", provenance)
     try:
-        return identify(part)
+        return identify(Study(tuple(part)))
     except SelfmotionError as error:
         return nothing_identified(joints, method, str(error), provenance)

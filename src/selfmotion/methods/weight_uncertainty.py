@@ -14,7 +14,7 @@ first (s_θ - A_θb A_bb⁺ s_b and the Schur complement).
 """
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit  # scipy.stats takes a second to import
 
 from selfmotion.methods.identifiability import Excitation
 from selfmotion.methods.identification_passes import NormalEquations
@@ -78,4 +78,4 @@ def jackknife(excitation: Excitation, sums: NormalEquations) -> np.ndarray:
 
 def interval_factor(level: float, n_clusters: int) -> float:
     """Give the half-width of a confidence interval in standard errors: t with G - 1 degrees."""
-    return float(stats.t.ppf(0.5 + 0.5 * level, n_clusters - 1))
+    return float(stdtrit(n_clusters - 1, 0.5 + 0.5 * level))
