@@ -74,6 +74,7 @@ def planar(
     rods = [_rod(ARM_MASS * person.mass * size / sizes.sum(), size) for size in sizes]
     return Arm(
         name="planar",
+        task="planar",
         chain=chain,
         landmarks={
             "shoulder": Tip(GROUND),
@@ -137,6 +138,7 @@ def hip_shoulder_elbow(lengths: ArrayLike | None = None, *, body: Body | None = 
     tip = np.array([lower, 0.0, 0.0])
     return Arm(
         name="hip_shoulder_elbow",
+        task="planar",
         chain=chain,
         landmarks={
             "hip": Tip(GROUND),

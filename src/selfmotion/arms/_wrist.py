@@ -43,6 +43,7 @@ def wrist(*, body: Body | None = None) -> Arm:
     chain = serial_chain([Joint(name, axes[name], limits[name], at()) for name in axes])
     return Arm(
         name="wrist",
+        task="pointing",
         chain=chain,
         landmarks={
             "shoulder": Tip(GROUND, at((-fore, 0.0, upper))),

@@ -33,7 +33,7 @@ class Part(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True
 
 
 class Document(Part, frozen=True, tag_field="schema", kw_only=True):
-    """Base of what a command prints with --json.
+    """Base of what a command prints with --json; any record with these keys will do.
 
     The key `schema` comes from the subclass's `tag`, such as ``selfmotion/weights/1``; its number
     rises when a key changes its meaning or goes.
@@ -52,7 +52,7 @@ class Contract:
         example: the words after `selfmotion` that give the golden example, in the top folder.
     """
 
-    document: type[Document]
+    document: type[Part]
     example: tuple[str, ...]
 
 
@@ -71,13 +71,13 @@ def numbers(array: ArrayLike) -> Any:
     return known.tolist()
 
 
-def encode(document: Document, *, indent: int = 0) -> bytes:
+def encode(document: Part, *, indent: int = 0) -> bytes:
     """Give a document as JSON (UTF-8, a line break at the end); not finite becomes null."""
     text = msgspec.json.encode(document, enc_hook=_plain)
     return (msgspec.json.format(text, indent=indent) if indent else text) + b"\n"
 
 
-def schema(document_type: type[Document]) -> bytes:
+def schema(document_type: type[Part]) -> bytes:
     """Give the JSON Schema of a command's document, from the very type that is written."""
     tree = msgspec.json.schema(document_type)
     for definition in tree["$defs"].values():
@@ -90,7 +90,7 @@ def schema(document_type: type[Document]) -> bytes:
     return msgspec.json.format(msgspec.json.encode(tree)) + b"\n"
 
 
-def finish(document: Document, text: str, *, json: bool, failed: int = 0) -> int:
+def finish(document: Part, text: str, *, json: bool, failed: int = 0) -> int:
     """Print a result for a program or for a person, and give the exit code.
 
     Args:
@@ -107,7 +107,7 @@ def finish(document: Document, text: str, *, json: bool, failed: int = 0) -> int
     return SOME_FAILED if failed else DONE
 
 
-def save(document: Document, folder: Path, name: str) -> Path:
+def save(document: Part, folder: Path, name: str) -> Path:
     """Write a document as NAME.json into a folder, whole or not at all; give its path."""
     return write_whole(folder / f"{name}.json", encode(document, indent=2))
 

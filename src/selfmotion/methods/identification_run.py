@@ -155,14 +155,13 @@ def _report(
     weights, contribution, stderr = _by_group(fit, verdict)
     full = np.where(problem.in_chain, np.exp(fit.log_weights), STILL_WEIGHT)
     inside = np.isfinite(weights)
-    paper_convention = np.where(inside, np.exp(fit.log_weights), 1.0)
     covariance = np.where(inside[:, None] & inside[None, :], evidence.covariance, np.nan)
     terms = plan.options.feedback_terms if plan.method == "feedback" else ()
     return WeightEstimate(
         joints=joints,
         weights=weights,
         contribution=contribution,
-        contribution_eq26=contributions(paper_convention),
+        contribution_eq26=_over_all_joints(problem, fit, inside, plan),
         full_weights=full,
         groups=_names(joints, verdict.groups),
         structural_groups=_names(joints, problem.groups),
@@ -203,6 +202,21 @@ def _by_group(fit: Fit, verdict: Verdict) -> tuple[np.ndarray, np.ndarray, np.nd
         share[at] = contributions(weights[at])
         stderr[at] = verdict.errors[at, at[int(theta.argmax())]]
     return weights, share, stderr
+
+
+def _over_all_joints(problem: Problem, fit: Fit, inside: np.ndarray, plan: _Plan) -> np.ndarray:
+    """Give β of eq. 26: over-specified joints count as 1, as in the paper's experiment 1.
+
+    Of Algorithm 1 it is that of the weights as they are, like the paper's. Otherwise a joint
+    whose weight matters and could not be identified leaves no sum to divide by: NaN.
+    """
+    weights = np.exp(fit.log_weights)
+    matters = np.zeros(len(weights), dtype=bool)
+    for group in problem.groups:
+        matters[list(group)] = True
+    if plan.method != "paper" and not inside[matters].all():
+        return np.full(len(weights), np.nan)
+    return contributions(np.where(matters, weights, 1.0))
 
 
 def _stderr_kind(problem: Problem, evidence: Evidence, plan: _Plan) -> str:

@@ -30,9 +30,9 @@ class WeightEstimate:
         joints: joint names (n).
         weights: w (n): relative cost of each joint; NaN where not identified.
         contribution: β = w⁻¹/Σw⁻¹ within each group (n), sum 1 a group; NaN likewise.
-        contribution_eq26: β over all joints with every weight that is not identified set to 1, the
-            paper's convention (eq. 26; in its experiment 1 the elbow). Sums to 1; compare with the
-            paper, not between people.
+        contribution_eq26: β over all joints (eq. 26), which sums to 1, with over-specified joints
+            counted as 1 (the paper's elbow); compare with the paper, not between people. NaN if a
+            joint whose weight matters is not identified (for ``paper``: of the weights as found).
         full_weights: a number for every joint (n), for use in a projector: the point estimate,
             identified or not, maximum 1 in each structural group; 1 for over-specified joints;
             `STILL_WEIGHT` for joints that never moved (ml, feedback).

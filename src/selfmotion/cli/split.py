@@ -1,0 +1,255 @@
+"""`selfmotion split`: joint velocity parted into what moves the hand and what does not."""
+
+import json as json_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from selfmotion.cli.options import Json, Out, Report
+from selfmotion.cli.output import Contract, Document, Number, Part, Vector, finish, numbers, save
+from selfmotion.cli.recordings import ArmName, Cutoff, Inputs, TaskName, read_study
+from selfmotion.errors import FileFormatError, RangeError, unknown_name
+from selfmotion.provenance import Provenance
+from selfmotion.writing import write_whole
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from selfmotion.methods.uncontrolled_manifold import ManifoldVariance
+    from selfmotion.methods.velocity_split import VelocitySplit
+    from selfmotion.motion.recording import Study
+
+IDENTIFY, EQUAL = "identify", "equal"
+
+
+class Share(Part, frozen=True, kw_only=True):
+    """How one recording's squared joint velocity is shared out.
+
+    `task_share` and `null_share` are of the plain joint velocities and add up to 1;
+    `task_share_weighted` is the same in the metric of the weights, in which the two parts are
+    orthogonal; `null_rms` is the root mean square of each joint's null-space velocity (rad/s).
+    """
+
+    name: str
+    subject: str | None
+    side: str | None
+    condition: str | None
+    target: str | None
+    trial: str | None
+    task_share: Number
+    null_share: Number
+    task_share_weighted: Number
+    unexplained: Number
+    null_rms: Vector
+
+
+class Manifold(Part, frozen=True, kw_only=True):
+    """Variance over repetitions, along and across the uncontrolled manifold, per dimension.
+
+    `variable` is q (rad²) or qd ((rad/s)²); `synergy` is ΔV and `synergy_z` its z-transform, over
+    `phase`, the fraction of the movement.
+    """
+
+    subject: str | None
+    side: str | None
+    condition: str | None
+    target: str | None
+    variable: str
+    n_trials: int
+    phase: Vector
+    along: Vector
+    across: Vector
+    synergy: Vector
+    synergy_z: Vector
+    mean_synergy_z: Number
+
+
+class SplitDocument(Document, frozen=True, tag="selfmotion/split/1", kw_only=True):
+    """Shares of each recording, and the variance over repetitions where there are any."""
+
+    joints: list[str]
+    weights: Vector
+    weights_from: str
+    n_dropped: int
+    recordings: list[Share]
+    manifold: list[Manifold]
+
+
+CONTRACT = Contract(
+    SplitDocument, ("split", "examples/reach.csv", "--arm", "exoskeleton", "--json")
+)
+
+
+def split(
+    inputs: Inputs,
+    weights: Annotated[
+        str,
+        typer.Option(
+            "--weights",
+            metavar="identify|equal|W,W,...|FILE.json",
+            help="From the same data, all alike, numbers in joint order, or a weights.json.",
+        ),
+    ] = IDENTIFY,
+    arm: ArmName = None,
+    task: TaskName = None,
+    cutoff: Cutoff = None,
+    json: Json = False,
+    out: Out = None,
+    report: Report = None,
+) -> int:
+    """Part joint velocity into what moves the hand and what does not."""
+    from selfmotion.methods.velocity_split import split as split_recording
+
+    study, n_dropped = read_study(inputs, arm=arm, task=task, cutoff=cutoff).drop_gaps()
+    joints = study.joints
+    W, origin = choose_weights(weights, study)
+    parts = [split_recording(r, weights=W) for r in study]
+    variances = manifold_variances(study)
+    document = SplitDocument(
+        provenance=Provenance("split", choices={"weights": origin}),
+        joints=list(joints),
+        weights=numbers(W),
+        weights_from=origin,
+        n_dropped=n_dropped,
+        recordings=[share(p, r.labels.to_dict()) for p, r in zip(parts, study, strict=True)],
+        manifold=[manifold(v, key) for key, v in variances.items()],
+    )
+    written = []
+    if out is not None:
+        written = [save(document, out, "split"), *save_velocities(parts, out)]
+    if report is not None:
+        from selfmotion.report.split_page import write_split_report
+
+        written.append(write_split_report(report, study, W, parts, variances))
+    return finish(document, "\n".join([as_text(document), *map(str, written)]), json=json)
+
+
+def choose_weights(text: str, study: "Study") -> "tuple[np.ndarray, str]":
+    """Give the weights (n) that an option means, and where they come from.
+
+    Raises:
+        SelfmotionError: the text is no number, file or word that gives positive weights.
+    """
+    import numpy as np
+
+    from selfmotion.methods.velocity_split import weight_vector
+
+    joints = study.joints
+    if text == IDENTIFY:
+        from selfmotion.methods.identification import identify_weights
+
+        found = identify_weights(study)
+        return found.full_weights, f"identified from the same data ({found.method})"
+    if text == EQUAL:
+        return np.ones(len(joints)), "all alike"
+    if text.lower().endswith(".json"):
+        return weights_of_file(Path(text), joints), text
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise RangeError(
+            f"--weights {text!r}: allowed are {IDENTIFY}, {EQUAL}, {len(joints)} numbers with "
+            "commas between, or a .json file of `selfmotion weights`"
+        ) from None
+    return weight_vector(values, joints), "given"
+
+
+def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
+    """Read the weights of a weights.json; a joint without a number there counts as 1.
+
+    Raises:
+        FileFormatError: the file is not such a document.
+        UnknownNameError: it has no weight for a joint.
+    """
+    from selfmotion.methods.velocity_split import weight_vector
+
+    try:
+        document = json_module.loads(path.read_text(encoding="utf-8"))
+        named = dict(zip(document["joints"], document["weights"], strict=True))
+    except (ValueError, KeyError, TypeError):
+        raise FileFormatError(f"{path}: not a weights.json (no joints and weights in it)") from None
+    for joint in joints:
+        if joint not in named:
+            raise unknown_name("joint of the recordings", joint, tuple(named))
+    values = [named[joint] for joint in joints]
+    return weight_vector([1.0 if v is None else v for v in values], joints)
+
+
+def manifold_variances(study: "Study") -> "dict[tuple[str | None, ...], ManifoldVariance]":
+    """Compute the variance over repetitions for each person, side, condition and target."""
+    from selfmotion.methods.uncontrolled_manifold import manifold_variance
+
+    groups = study.group("subject", "side", "condition", "target")
+    return {
+        key: manifold_variance(part)
+        for key, part in groups.items()
+        if len(part) > 1 and all(r.n_samples > 1 for r in part)
+    }
+
+
+def share(part: "VelocitySplit", labels: dict[str, Any]) -> Share:
+    """Give the record of one recording."""
+    return Share(
+        name=part.name,
+        **labels,
+        task_share=part.task_share,
+        null_share=part.null_share,
+        task_share_weighted=part.task_share_weighted,
+        unexplained=part.unexplained,
+        null_rms=numbers(part.null_rms),
+    )
+
+
+def manifold(variance: "ManifoldVariance", key: tuple[str | None, ...]) -> Manifold:
+    """Give the record of one group of repetitions."""
+    import numpy as np
+
+    labels: dict[str, Any] = dict(zip(("subject", "side", "condition", "target"), key, strict=True))
+    z = variance.synergy_z[np.isfinite(variance.synergy_z)]
+    return Manifold(
+        **labels,
+        variable=variance.variable,
+        n_trials=variance.n_trials,
+        phase=numbers(variance.phase),
+        along=numbers(variance.along),
+        across=numbers(variance.across),
+        synergy=numbers(variance.synergy),
+        synergy_z=numbers(variance.synergy_z),
+        mean_synergy_z=float(z.mean()) if len(z) else None,
+    )
+
+
+def save_velocities(parts: "list[VelocitySplit]", folder: Path) -> list[Path]:
+    """Write velocities.csv: task and null-space velocity of every sample."""
+    import pandas as pd
+
+    frames = []
+    for part in parts:
+        frame = part.to_frame()
+        frame.insert(0, "recording", part.name)
+        frames.append(frame)
+    table = pd.concat(frames, ignore_index=True)
+    return [write_whole(folder / "velocities.csv", table.to_csv(index=False))]
+
+
+def as_text(document: SplitDocument) -> str:
+    """Write the shares as a person reads them."""
+    names = [r.name for r in document.recordings]
+    width = max(len("recording"), *map(len, names))
+    lines = [f"weights: {document.weights_from}", f"{'recording':{width}}  task   null space"]
+    lines += [
+        f"{r.name:{width}}  {_percent(r.task_share)}  {_percent(r.null_share)}"
+        for r in document.recordings
+    ]
+    for m in document.manifold:
+        who = ", ".join(v for v in (m.subject, m.side, m.condition, m.target) if v) or "all"
+        lines.append(
+            f"{who}: synergy index (z), mean over {m.n_trials} repetitions: "
+            + ("unknown" if m.mean_synergy_z is None else f"{m.mean_synergy_z:.2f}")
+        )
+    return "\n".join(lines)
+
+
+def _percent(value: float | None) -> str:
+    return "   ?  " if value is None or value != value else f"{100 * value:4.1f} %"
