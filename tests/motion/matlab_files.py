@@ -22,9 +22,12 @@ def cell(items: list[Any]) -> np.ndarray:
 
 
 def write_mat(path: Path, variables: dict[str, Any], version: str) -> Path:
-    """Write variables (numbers, text, dicts for structs, cell(...) for cells)."""
-    if version == "v5":
-        savemat(path, variables, do_compression=True)
+    """Write variables (numbers, text, dicts for structs, cell(...) for cells).
+
+    Versions: "v5" (compressed, MATLAB's -v7), "v6" (the same, not compressed) and "v7.3".
+    """
+    if version != "v7.3":
+        savemat(path, variables, do_compression=version == "v5")
         return path
     with h5py.File(path, "w", userblock_size=512) as file:
         store = file.create_group("#refs#")
@@ -68,17 +71,21 @@ def trial_1(rng: np.random.Generator, samples: int = 100) -> dict[str, np.ndarra
     return {"q": q, "qd": qd, "jacobian": jacobian, "xd": np.einsum("kij,kj->ki", jacobian, qd)}
 
 
-def experiment_1(people: int = 2, trials: int = 2) -> list[dict[str, Any]]:
+def experiment_1(people: int = 2, trials: int = 2, samples: int = 100) -> list[dict[str, Any]]:
     """Truth: people -> condition -> target -> list of trials, and weights per condition."""
     rng = np.random.default_rng(10)
     return [
         {
-            c: {"trials": [[trial_1(rng) for _ in range(trials + t % 2)] for t in range(3)],
-                "weights": rng.uniform(0.1, 1, 4)}
+            c: {
+                "trials": [
+                    [trial_1(rng, samples) for _ in range(trials + t % 2)] for t in range(3)
+                ],
+                "weights": rng.uniform(0.1, 1, 4),
+            }
             for c in CONDITIONS_1
         }
         for _ in range(people)
-    ]  # fmt: skip
+    ]
 
 
 def as_structs_1(people: list[dict[str, Any]]) -> dict[str, Any]:

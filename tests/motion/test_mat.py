@@ -6,20 +6,22 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from scipy.io import loadmat, savemat
 from tests.motion import matlab_files as made
 
 from selfmotion.errors import FileFormatError, RangeError, SelfmotionError
 from selfmotion.motion import Labels
 from selfmotion.motion.files import load
-from selfmotion.motion.files.mat import read_mat
+from selfmotion.motion.files.mat import by_target, read_mat
 from selfmotion.motion.files.matlab import read_matlab
 
 BOUNDED = settings(
     deadline=None,
     derandomize=True,
-    max_examples=60,
+    max_examples=40,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 VERSIONS = ("v5", "v7.3")
@@ -42,10 +44,56 @@ def test_both_versions_give_the_same_plain_python(tmp_path, version):
     assert tree["row"].shape == (1, 3)
 
 
+def plain(value: Any) -> Any:
+    """Bring what SciPy's reader gives to plain Python."""
+    if value.dtype.names:
+        names = value.dtype.names
+        structs = [{n: plain(e[n]) for n in names} for e in value.ravel(order="F")]
+        return structs[0] if len(structs) == 1 else structs
+    if value.dtype == object:
+        return [plain(e) for e in value.ravel(order="F")]
+    return (str(value.item()) if value.size else "") if value.dtype.kind == "U" else value
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+def test_version_5_against_scipy(tmp_path, compressed):
+    structs = np.empty((2, 2), dtype=[("a", object), ("name", object)])
+    for i in np.ndindex(2, 2):
+        structs[i]["a"], structs[i]["name"] = np.arange(3) + 10 * i[0] + i[1], f"é{i}"
+    value = {
+        "double": np.random.default_rng(0).normal(size=(2, 3, 4)),
+        "small": np.array([[1, 200, 3]], dtype=np.uint8),
+        "negative": np.array([[-5]], dtype=np.int64),
+        "single": np.array([[0.5, -1.5]], dtype=np.float32),
+        "logical": np.array([[True, False]]),
+        "empty": np.zeros((0, 3)),
+        "text": "Grüße",
+        "none": "",
+        "structs": structs,
+        "cells": made.cell([np.eye(2), "x", made.cell([]), {"deep": made.cell([1.0])}]),
+        **made.as_structs_2(made.experiment_2(people=1, samples=5)),
+    }
+    path = tmp_path / "a.mat"
+    savemat(path, value, do_compression=compressed)
+    ours: Any = read_matlab(path)
+    theirs = {k: plain(v) for k, v in loadmat(path).items() if not k.startswith("__")}
+    np.testing.assert_equal(ours, theirs)
+
+
+def test_sparse_and_complex_are_left_out_and_version_4_refused(tmp_path):
+    path = tmp_path / "a.mat"
+    savemat(path, {"sparse": scipy.sparse.eye_array(3).tocsc(), "complex": 1j * np.eye(2)})
+    assert read_matlab(path).get("complex") is None
+    savemat(path, {"qd": np.eye(4)}, format="4")
+    with pytest.raises(FileFormatError, match="save with -v7"):
+        read_matlab(path)
+
+
 @pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize("layout", [made.as_structs_1, made.as_lists_1])
 def test_experiment_1(tmp_path, version, layout):
-    truth = made.experiment_1()
+    samples = 100 if layout is made.as_structs_1 else 12  # a cell a sample is slow in HDF5
+    truth = made.experiment_1(samples=samples)
     path = made.write_mat(tmp_path / "S1.mat", layout(truth), version)
     data = read_mat(path)
     assert data.layout == "experiment 1" and len(data.study) == 2 * 2 * (2 + 3 + 2)
@@ -58,7 +106,7 @@ def test_experiment_1(tmp_path, version, layout):
                     (rec,) = data.study.select(**name, target=str(t + 1), trial=str(k + 1))
                     for part, array in trial.items():
                         np.testing.assert_array_equal(rec.array(part), array)
-                    np.testing.assert_allclose(rec.time, np.arange(100) * 0.009)
+                    np.testing.assert_allclose(rec.time, np.arange(samples) * 0.009)
             labels = Labels(subject=f"P{i + 1:02d}", condition=condition.lower())
             np.testing.assert_array_equal(data.authors_weights[labels], content["weights"])
             if layout is made.as_structs_1:
@@ -118,6 +166,20 @@ def test_experiment_2_finds_the_convention_of_the_angles(tmp_path, relative, sig
     assert (chain.convention.relative, chain.convention.signs) == (relative, signs)
     for rec, motion in zip(data.study, truth[0].values(), strict=True):
         np.testing.assert_allclose(rec.array("jacobian"), motion["jacobian"], atol=1e-6)
+
+
+def test_experiment_2_by_target(tmp_path):
+    truth = made.experiment_2(people=1)
+    content = made.as_structs_2(truth)
+    shown = np.repeat([[0.0, 1.0], [2.0, 1.0], [0.0, 1.0]], 80, axis=0)
+    for condition in made.CONDITIONS_2[:3]:
+        content["S2_data"][0, 0][condition]["target"] = shown
+    content["S2_data"][0, 0]["Assistive"]["target"] = shown[:7]  # not one a sample: stays whole
+    data = read_mat(made.write_mat(tmp_path / "S2.mat", content, "v5"))
+    pieces = by_target(data)
+    assert [r.labels.trial for r in pieces] == ["1", "2", "3"] * 3 + [None]
+    assert {r.n_samples for r in pieces} == {80, 240}
+    assert np.shares_memory(pieces[1].array("jacobian"), data.study[0].array("jacobian"))
 
 
 def test_experiment_2_refuses_what_is_no_planar_chain(tmp_path):
@@ -213,7 +275,7 @@ def test_no_matlab_file(tmp_path):
             load(path)
 
 
-@pytest.fixture(scope="module", params=VERSIONS)
+@pytest.fixture(scope="module", params=("v5", "v6", "v7.3"))
 def whole(request, tmp_path_factory) -> bytes:
     path = tmp_path_factory.mktemp("whole") / "a.mat"
     people = made.experiment_1(people=1, trials=1)

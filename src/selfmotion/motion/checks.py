@@ -7,6 +7,8 @@ from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 
 # Samples looked at in one go when searching for NaN, so that K = 1e6 needs no large temporary.
 CHUNK = 65_536
+# No length, angle or speed is larger in any unit; products of such values still do not overflow.
+LARGEST = 1e50
 
 
 def check_time(time: np.ndarray) -> None:
@@ -14,6 +16,7 @@ def check_time(time: np.ndarray) -> None:
     if time.size == 0:
         raise ShapeError("time: 0 samples; at least one is needed")
     require_finite("time", time)
+    refuse_infinite("time", time)
     backward = np.flatnonzero(np.diff(time) <= 0.0)
     if backward.size:
         at = int(backward[0]) + 1
@@ -51,15 +54,16 @@ def full_names(field: str, given: tuple[str, ...], default: tuple[str, ...]) -> 
 
 
 def refuse_infinite(name: str, array: np.ndarray) -> None:
-    """Refuse infinite values, naming the first; NaN is a gap and passes."""
+    """Refuse infinite and absurd values, naming the first; NaN is a gap and passes."""
     for at in range(0, len(array), CHUNK):
-        bad = np.isinf(array[at : at + CHUNK])
+        bad = np.abs(array[at : at + CHUNK]) > LARGEST
         if bad.any():
             first = np.argwhere(bad)[0]
             first[0] += at
             where = ", ".join(str(int(i)) for i in first)
             raise NotFiniteError(
-                f"{name}[{where}] = {array[tuple(first)]}: values must be finite (NaN marks a gap)"
+                f"{name}[{where}] = {array[tuple(first)]:g}: values must be finite and below "
+                f"{LARGEST:g} (NaN marks a gap)"
             )
 
 

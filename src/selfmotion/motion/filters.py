@@ -147,7 +147,15 @@ def differentiate(x: ArrayLike, time: ArrayLike, *, points: int = STENCIL) -> Si
     def derive(part: np.ndarray, start: int) -> np.ndarray:
         if len(part) == 1:
             return np.full_like(part, np.nan)
-        return _local_derivative(part, instants[start : start + len(part)], points)
+        try:
+            with np.errstate(over="raise", divide="raise", invalid="raise"):
+                return _local_derivative(part, instants[start : start + len(part)], points)
+        except FloatingPointError:
+            steps = np.diff(instants)
+            raise RangeError(
+                f"time: steps from {steps.min():g} to {steps.max():g} s: too uneven or too small "
+                "to differentiate"
+            ) from None
 
     return _by_stretch(samples, derive)
 

@@ -143,7 +143,7 @@ def find_convention(people: Sequence[tuple[JointSamples, TaskSamples]]) -> Conve
     if best > LARGEST_RESIDUAL:
         raise RangeError(
             f"planar chain: the best fit ({chosen}) misses the positions by {100 * best:.3g} % of "
-            f"their spread; allowed is {100 * LARGEST_RESIDUAL:g} %"
+            f"their spread; allowed is {100 * LARGEST_RESIDUAL:g} % (angles must be in radians)"
         )
     if second <= max(RIVAL * best, ROUNDING):
         raise RangeError(

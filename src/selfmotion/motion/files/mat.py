@@ -66,7 +66,7 @@ class PublishedDataset:
 
 
 def read_mat(path: str | Path, *, cutoff: float | None = None) -> PublishedDataset:
-    """Read a .mat file (v4 to v7.3): either published layout, or flat as the .npz.
+    """Read a .mat file (v5 to v7.3): either published layout, or flat as the .npz.
 
     Args:
         path: the file.
@@ -103,6 +103,27 @@ def read_mat(path: str | Path, *, cutoff: float | None = None) -> PublishedDatas
         reader = _experiment_1 if all(with_jac) else _experiment_2
         dataset = reader(source, motions, cutoff)
         return _with_extras(dataset, nodes, source)
+
+
+def by_target(dataset: PublishedDataset) -> Study:
+    """Cut each recording of experiment 2 where the displayed target changes, as views.
+
+    The movements to the targets then serve as trials, over which standard errors are clustered.
+    Recordings without a target for each sample stay whole.
+    """
+    pieces = []
+    for recording in dataset.study:
+        shown = dataset.targets.get(recording.labels, np.empty((0, 0)))
+        shown = shown if len(shown) == recording.n_samples else shown.T
+        if len(shown) != recording.n_samples:
+            pieces.append(recording)
+            continue
+        changes = np.flatnonzero((shown[1:] != shown[:-1]).any(axis=1)) + 1
+        edges = [0, *changes.tolist(), recording.n_samples]
+        for number, (start, stop) in enumerate(zip(edges[:-1], edges[1:], strict=True), start=1):
+            labels = replace(recording.labels, target=str(number), trial=str(number))
+            pieces.append(replace(recording.window(start, stop), labels=labels))
+    return Study(tuple(pieces))
 
 
 def _people(variables: Mapping[str, Tree]) -> dict[str, Tree] | None:

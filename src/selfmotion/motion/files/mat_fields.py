@@ -13,8 +13,8 @@ from itertools import permutations
 import numpy as np
 
 from selfmotion.arrays import JacobianSamples
-from selfmotion.errors import FileFormatError, NotFiniteError
-from selfmotion.motion.checks import velocity_residual
+from selfmotion.errors import FileFormatError
+from selfmotion.motion.checks import refuse_infinite, velocity_residual
 from selfmotion.motion.files.arrays_to_study import CONSISTENCY
 from selfmotion.motion.files.matlab import Tree
 
@@ -168,8 +168,7 @@ def _matrix(name: str, value: Tree) -> np.ndarray:
     array = np.asarray(value, dtype=np.float64)
     if array.ndim != 2:
         raise FileFormatError(f"{name!r} has shape {array.shape}: samples by columns are needed")
-    if np.isinf(array).any():
-        raise NotFiniteError(f"{name!r} holds infinite values: they must be finite")
+    refuse_infinite(name, array)
     return array
 
 
@@ -207,6 +206,7 @@ def _jacobian(
         array = np.asarray(value, dtype=np.float64)
     if array.ndim != 3:
         raise FileFormatError(f"Jacobian has shape {array.shape}: three axes are needed")
+    refuse_infinite("Jacobian", array)
     shape, wanted = array.shape, (samples, joints)
     orders = [p for p in permutations(range(3)) if (shape[p[0]], shape[p[2]]) == wanted]
     if not orders:

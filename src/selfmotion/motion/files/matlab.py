@@ -1,4 +1,4 @@
-"""MATLAB files, v4 to v7.3, as plain Python: structs to dicts, cells to lists, text to str.
+"""MATLAB files, v5 to v7.3, as plain Python: structs to dicts, cells to lists, text to str.
 
 Numeric arrays keep MATLAB's dimensions whatever the version: a v7.3 file is HDF5, in which they
 are stored in reverse order. Struct arrays become lists of dicts, in MATLAB's column-major order.
@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from selfmotion.errors import FileFormatError
+from selfmotion.motion.files.matlab_v5 import read_v5
 
 Tree: TypeAlias = dict[str, Any] | list[Any] | np.ndarray | str | None
 
@@ -36,7 +37,7 @@ def read_matlab(path: str | Path) -> dict[str, Tree]:
         is_hdf5 = start.startswith(HDF5) or start[USER_BLOCK:] == HDF5
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what is wrong shows in the values
-            variables = _read_v73(path) if is_hdf5 else _read_v5(path)
+            variables = _read_v73(path) if is_hdf5 else read_v5(path.read_bytes())
     except FileFormatError as error:
         raise FileFormatError(f"{path}: {error}") from None
     except Exception as error:  # the parsers raise anything on damaged bytes
@@ -49,41 +50,14 @@ def read_matlab(path: str | Path) -> dict[str, Tree]:
     return variables
 
 
-def _read_v5(path: Path) -> dict[str, Tree]:
-    from scipy.io import loadmat
-
-    raw = loadmat(path, appendmat=False, chars_as_strings=True)
-    return {name: _from_v5(value, 0) for name, value in raw.items() if not name.startswith("__")}
-
-
-def _from_v5(value: Any, depth: int) -> Tree:
-    _check_depth(depth)
-    if hasattr(value, "toarray"):  # sparse
-        return np.asarray(value.toarray())
-    if not isinstance(value, np.ndarray):
-        return None
-    elements = value.ravel(order="F")
-    if value.dtype.names is not None:
-        names = value.dtype.names
-        return _one_or_list([{k: _from_v5(e[k], depth + 1) for k in names} for e in elements])
-    if type(value) is not np.ndarray:  # functions, objects
-        return None
-    if value.dtype.kind == "O":
-        return [_from_v5(element, depth + 1) for element in elements]
-    if value.dtype.kind in "US":
-        texts: list[Tree] = [str(element) for element in elements]
-        return "" if not texts else texts[0] if len(texts) == 1 else texts
-    return value
-
-
 def _read_v73(path: Path) -> dict[str, Tree]:
     import h5py
 
     with h5py.File(path, "r") as file:
-        names = [str(name) for name in file if not str(name).startswith("#")]
-        if names and not any("MATLAB_class" in file[name].attrs for name in names):
+        items = {_text(name): item for name, item in file.items() if _text(name)[0] != "#"}
+        if items and not any("MATLAB_class" in item.attrs for item in items.values()):
             raise FileFormatError("HDF5, but not written by MATLAB (no MATLAB_class)")
-        return {name: _from_v73(file, file[name], 0) for name in names}
+        return {name: _from_v73(file, item, 0) for name, item in items.items()}
 
 
 def _from_v73(file: Any, item: Any, depth: int) -> Tree:
@@ -111,7 +85,7 @@ def _struct_v73(file: Any, group: Any, depth: int) -> Tree:
     """Read a struct; in an array of structs each field is a dataset of references, unmarked."""
     import h5py
 
-    fields = {name: group[name] for name in group}
+    fields = {_text(name): item for name, item in group.items()}
     arrays = [
         isinstance(item, h5py.Dataset) and item.dtype == h5py.ref_dtype and not _matlab_class(item)
         for item in fields.values()
@@ -128,7 +102,12 @@ def _struct_v73(file: Any, group: Any, depth: int) -> Tree:
 
 def _matlab_class(item: Any) -> str:
     kind = item.attrs.get("MATLAB_class", b"")
-    return kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)
+    return _text(kind)
+
+
+def _text(name: Any) -> str:
+    """Give a name as text; h5py leaves what it cannot decode in bytes."""
+    return name.decode("latin-1") if isinstance(name, bytes) else str(name)
 
 
 def _one_or_list(structs: list[Any]) -> Tree:
