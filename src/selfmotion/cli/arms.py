@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from selfmotion.kinematics.arm import Arm
 
 
-class JointRange(Part):
+class JointRange(Part, frozen=True):
     """One joint, in the order of q; radians (metres for slides)."""
 
     joint: str
@@ -20,7 +20,7 @@ class JointRange(Part):
     upper: Number
 
 
-class ArmEntry(Part):
+class ArmEntry(Part, frozen=True):
     """One arm."""
 
     name: str

@@ -89,7 +89,7 @@ class WeightsDocument(
 
 CONTRACT = Contract(
     WeightsDocument,
-    ("weights", "examples/reach.csv", "--arm", "exoskeleton", "--per", "trial", "--json"),
+    ("weights", "examples/reach.csv", "--arm", "exoskeleton", "--per", "window", "--json"),
 )
 
 

@@ -4,7 +4,7 @@
 into temporal coordination, at the price of fewer samples a weight.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -66,6 +66,13 @@ def weights_by_trial(
     """Identify weights of each recording alone; arguments as in `identify_weights`.
 
     Standard errors then rest on stretches of time within the trial.
+
+    Example:
+        >>> t = np.linspace(0, 6, 60)
+        >>> qd, J = np.outer(np.sin(t), [0.1, 0.9]), np.ones((60, 1, 2))      # eq. 14
+        >>> two = [Recording(t, qd=qd, jacobian=J), Recording(t, qd=qd[:, ::-1], jacobian=J)]
+        >>> [e.contribution.round(6).tolist() for e in weights_by_trial(two).estimates]
+        [[0.1, 0.9], [0.9, 0.1]]
     """
 
     def identify(part: Study) -> WeightEstimate:
@@ -80,7 +87,7 @@ def weights_by_trial(
 
 
 def estimate_each(
-    parts: Mapping[str, Sequence[Recording]],
+    parts: Mapping[str, Iterable[Recording]],
     identify: Callable[[Study], WeightEstimate],
     method: Method = "ml",
 ) -> dict[str, WeightEstimate]:
@@ -115,6 +122,14 @@ def weights_by_window(
 
     Raises:
         RangeError: edges that do not ascend within 0 to 1.
+
+    Example:
+        >>> t = np.linspace(0, 1, 80)
+        >>> share = np.where(t[:, None] < 0.5, [0.1, 0.9], [0.4, 0.6])
+        >>> one = Recording(t, qd=np.cos(t)[:, None] * share, jacobian=np.ones((80, 1, 2)))
+        >>> series = weights_by_window(one, windows=2)
+        >>> [e.contribution.round(6).tolist() for e in series.estimates]
+        [[0.1, 0.9], [0.4, 0.6]]
     """
 
     def identify(part: Study) -> WeightEstimate:
