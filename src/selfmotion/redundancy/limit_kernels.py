@@ -1,0 +1,64 @@
+"""Compiled search for the places where a curve between nodes crosses the joint limits."""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, error_model="numpy")
+def _hermite(a, b, ta, tb, u):
+    """Give the cubic with end values a, b and end slopes ta, tb at u in [0, 1]."""
+    return a + u * (ta + u * (3.0 * (b - a) - 2.0 * ta - tb + u * (2.0 * (a - b) + ta + tb)))
+
+
+@njit(cache=True, error_model="numpy")
+def limit_crossings(nodes, tangents, arc, limits, found):
+    """Find where coordinates cross their limits (2,7) along nodes (N,7).
+
+    Fills `found` (C,4): arc, coordinate, side (0 lower, 1 upper), segment; gives how many.
+    """
+    count = 0
+    knots = np.empty(4)
+    for k in range(nodes.shape[0] - 1):
+        h = arc[k + 1] - arc[k]
+        for j in range(7):
+            a, b = nodes[k, j], nodes[k + 1, j]
+            ta, tb = h * tangents[k, j], h * tangents[k + 1, j]
+            # Extremes of the cubic: c + 2 b2 u + 3 a3 u^2 = 0
+            a3, b2 = 2.0 * (a - b) + ta + tb, 3.0 * (b - a) - 2.0 * ta - tb
+            n_knots = 1
+            knots[0] = 0.0
+            disc = b2 * b2 - 3.0 * a3 * ta
+            if disc > 0.0:
+                w = -(b2 + np.copysign(np.sqrt(disc), b2))
+                u1 = w / (3.0 * a3) if a3 != 0.0 else -1.0
+                u2 = ta / w if w != 0.0 else -1.0
+                if u1 > u2:
+                    u1, u2 = u2, u1
+                if 0.0 < u1 < 1.0:
+                    knots[n_knots] = u1
+                    n_knots += 1
+                if 0.0 < u2 < 1.0:
+                    knots[n_knots] = u2
+                    n_knots += 1
+            knots[n_knots] = 1.0
+            for side in range(2):
+                limit = limits[side, j]
+                for i in range(n_knots):
+                    low, high = knots[i], knots[i + 1]
+                    f_low = _hermite(a, b, ta, tb, low) - limit
+                    f_high = _hermite(a, b, ta, tb, high) - limit
+                    if (f_low < 0.0) == (f_high < 0.0):
+                        continue
+                    for _ in range(50):
+                        mid = 0.5 * (low + high)
+                        if (_hermite(a, b, ta, tb, mid) - limit < 0.0) == (f_low < 0.0):
+                            low = mid
+                        else:
+                            high = mid
+                    if count < found.shape[0]:
+                        found[count, 0] = arc[k] + 0.5 * (low + high) * h
+                        found[count, 1] = j
+                        found[count, 2] = side
+                        found[count, 3] = k
+                        count += 1
+    return count

@@ -1,0 +1,180 @@
+"""The self-motion manifold: all postures of a 7-DoF arm that hold the hand in one pose.
+
+[Li2022] (doi 10.1109/TNSRE.2022.3198400) samples it by swivel angle (Table II). Here, beyond the
+paper, it is traced by continuation, so that every interval of postures inside the joint limits
+is found with its exact ends: there the pose and the limit that is met hold together, seven
+equations for seven coordinates. Seeds for the traces come from the closed form of the arm's
+relative, every `SEED_STEP` of swivel angle and on all eight branches; an interval is missed only
+if the seeds on either side of it are more than `tracing.BEYOND` outside the limits.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+from scipy.stats.qmc import Halton
+
+from selfmotion.arrays import Transform
+from selfmotion.errors import ShapeError, Status
+from selfmotion.kinematics.arm import Arm
+from selfmotion.kinematics.forward import tip_positions
+from selfmotion.kinematics.srs import SrsRelative
+from selfmotion.redundancy.feasible import Clearance, FeasibleInterval, clear_parts
+from selfmotion.redundancy.pose_kernels import PathArrays
+from selfmotion.redundancy.refine import check_poses, path_arrays
+from selfmotion.redundancy.tracing import Tracer, without_doubles
+
+SEED_STEP = np.deg2rad(15.0)  # of swivel angle, between seeds
+# The relative's wrist and shoulder centres are not quite the arm's: a seed that is so far outside
+# the limits (rad) is not worth refining.
+_SEED_MARGIN = 0.8
+_SEED_OUT_OF_REACH = 0.3
+# How far inside the limits (rad) a second try starts.
+_INSET = 0.3
+# With fewer starts than this, more are taken from all over the box of limits.
+_ENOUGH = 24
+# Points of a Halton sequence in seven dimensions.
+_HALTON = Halton(7, scramble=False).random(25)[1:]  # the first is the origin
+
+
+@dataclass(frozen=True, eq=False)
+class SelfMotionManifold:
+    """All feasible postures for one hand pose.
+
+    Attributes:
+        arm: the arm.
+        T_hand: the hand pose in the ground.
+        intervals: stretches of feasible postures, by rising swivel angle.
+        status: whether there is any; if not, how far the pose is from what can be reached.
+    """
+
+    arm: Arm
+    T_hand: Transform
+    intervals: tuple[FeasibleInterval, ...]
+    status: Status
+
+    @property
+    def swivel_intervals(self) -> list[tuple[float, float]]:
+        """Least and greatest swivel angle (rad) of each interval."""
+        return [interval.swivel_range for interval in self.intervals]
+
+    @property
+    def swivel_width(self) -> float:
+        """Sum of the widths of all intervals (rad)."""
+        return float(sum(high - low for low, high in self.swivel_intervals))
+
+
+def self_motion_manifold(
+    arm: Arm, T_hand: ArrayLike, *, clearance: Clearance | None = None
+) -> SelfMotionManifold:
+    """Find all feasible postures for a hand pose, as intervals with exact ends.
+
+    For many poses of one arm, build a `ManifoldFinder` once and call its `find`.
+
+    Args:
+        arm: with seven free coordinates.
+        T_hand: (4, 4) hand pose in the ground (m).
+        clearance: how far postures are outside bodies that the arm may not enter (m).
+
+    Raises:
+        ModelError: the arm has not seven free coordinates, or a shoulder of an unknown kind.
+        RangeError: T_hand is not a rigid transform.
+
+    Example:
+        >>> import numpy as np
+        >>> from selfmotion.arms import srs7
+        >>> from selfmotion.kinematics.forward import forward_kinematics
+        >>> arm = srs7()
+        >>> pose = forward_kinematics(arm.chain, arm.middle(), arm.tip("hand"))[0]
+        >>> manifold = self_motion_manifold(arm, pose)
+        >>> len(manifold.intervals) > 0
+        True
+    """
+    return ManifoldFinder.of(arm).find(T_hand, clearance=clearance)
+
+
+@dataclass(frozen=True, eq=False)
+class ManifoldFinder:
+    """What finding manifolds needs to know of an arm.
+
+    Attributes:
+        arm: the arm.
+        path: the joints that carry the hand.
+        relatives: the closed-form relative, with the shoulder centre where the girdle puts it
+            at low, middle and high elevation; one alone where the centre does not move.
+        elevations: second coordinate (rad) for which each of them is right.
+    """
+
+    arm: Arm
+    path: PathArrays
+    relatives: tuple[SrsRelative, ...]
+    elevations: Float[np.ndarray, " relatives"]
+
+    @classmethod
+    def of(cls, arm: Arm) -> "ManifoldFinder":
+        """Prepare an arm.
+
+        Raises:
+            ModelError: the arm has not seven free coordinates, or a shoulder of another kind.
+        """
+        relative = SrsRelative.of(arm)
+        home = np.clip(np.zeros(7), arm.lower, arm.upper)
+        elevations = np.linspace(arm.lower[1], arm.upper[1], 7)[1::2]
+        postures = np.repeat(home[None], len(elevations), axis=0)
+        postures[:, 1] = elevations
+        centres = tip_positions(arm.chain, postures, [arm.tip("shoulder")])[:, 0]
+        if np.ptp(centres, axis=0).max() < 1e-3:
+            centres, elevations = centres[:1], elevations[:1]
+        relatives = tuple(relative.with_shoulder(c) for c in centres)
+        return cls(arm, path_arrays(arm.chain, arm.tip("hand")), relatives, elevations)
+
+    def find(self, T_hand: ArrayLike, *, clearance: Clearance | None = None) -> SelfMotionManifold:
+        """Find all feasible postures for a hand pose; see `self_motion_manifold`.
+
+        Raises:
+            RangeError: T_hand is not a rigid transform.
+        """
+        goals = check_poses(T_hand)
+        if len(goals) != 1:
+            raise ShapeError(f"T_hand: {len(goals)} poses given; a manifold belongs to one")
+        goal = np.ascontiguousarray(goals[0])
+        tracer = Tracer(self.arm, goal, self.path)
+        starts = self._starts(goal)
+        pieces, failure = tracer.pieces(starts)
+        if not pieces:
+            # A nearly straight elbow, or an elevation near none: the refined seeds may all have
+            # come out on the other side of the limit. Start once more from inside the box.
+            room = np.minimum(_INSET, 0.25 * (self.arm.upper - self.arm.lower))
+            inside = np.clip(starts, self.arm.lower + room, self.arm.upper - room)
+            pieces, _ = tracer.pieces(inside)
+        if clearance is not None:
+            pieces = [part for piece in pieces for part in clear_parts(piece, clearance)]
+        pieces = sorted(without_doubles(pieces), key=lambda piece: piece.swivel_range)
+        if pieces:
+            status = Status(True, f"{len(pieces)} feasible interval(s) of swivel angle")
+        else:
+            status = Status(False, failure or "every posture meets an excluded body")
+        return SelfMotionManifold(self.arm, goal, tuple(pieces), status)
+
+    def _starts(self, goal: np.ndarray) -> np.ndarray:
+        """Give postures (S, 7) from the closed form that are near the limits' box."""
+        swivel = np.arange(-np.pi, np.pi - 1e-9, SEED_STEP)
+        found, beyond = [], []
+        for i, relative in enumerate(self.relatives):
+            q, out = relative.postures(goal, swivel)
+            q, out = q.reshape(-1, 7), out.ravel()
+            excess = np.maximum(self.arm.lower - q, q - self.arm.upper).max(axis=1)
+            nearest = np.argmin(np.abs(q[:, 1:2] - self.elevations), axis=1) == i
+            beyond.append(excess + out)
+            found.append(q)
+            beyond[-1][~(nearest & (out < _SEED_OUT_OF_REACH))] += 10.0
+        q, score = np.concatenate(found), np.concatenate(beyond)
+        good = score < _SEED_MARGIN
+        if good.sum() >= _ENOUGH:
+            return q[good]
+        # Little or nothing in reach: the nearest starts, and a few postures across the box, tell
+        # whether it is so.
+        nearest = q[np.argsort(np.where(np.isfinite(score), score, np.inf))[:_ENOUGH]]
+        spread = _HALTON * (self.arm.upper - self.arm.lower) + self.arm.lower
+        return np.vstack([nearest[np.isfinite(nearest).all(axis=1)], spread])

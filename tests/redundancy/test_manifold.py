@@ -1,0 +1,158 @@
+import numpy as np
+import pytest
+
+from selfmotion.arms import myoarm, planar, srs7
+from selfmotion.errors import ModelError, RangeError, ShapeError
+from selfmotion.kinematics.chain import CoupledCurve, Coupling
+from selfmotion.kinematics.forward import forward_kinematics, frames_and_jacobian
+from selfmotion.kinematics.srs import SrsRelative
+from selfmotion.kinematics.swivel import arm_swivel_angle
+from selfmotion.redundancy import pose_kernels
+from selfmotion.redundancy.manifold import ManifoldFinder, self_motion_manifold
+from selfmotion.redundancy.refine import path_arrays, pose_from_quaternion, refine
+
+ARMS = {"srs7": srs7, "myoarm": myoarm}
+
+
+@pytest.fixture(scope="module", params=list(ARMS))
+def arm(request):
+    return ARMS[request.param]()
+
+
+def hand(arm, q):
+    return forward_kinematics(arm.chain, q, arm.tip("hand"))
+
+
+def test_the_kernel_gives_frames_and_jacobian_of_the_chain(arm):
+    from dataclasses import replace
+
+    from scipy.interpolate import CubicSpline
+
+    bent = arm
+    if not arm.chain.coupling.is_identity:  # let one joint follow a curve
+        curve = CubicSpline([-1.0, 0.0, 2.0], [-1.5, 0.0, 2.5])
+        c = arm.chain.coupling
+        i = arm.chain.names.index("shoulder1_r2")
+        matrix = c.matrix.copy()
+        matrix[i] = 0.0
+        coupling = Coupling(c.coordinates, matrix, c.offset, (CoupledCurve(i, 0, curve),))
+        bent = replace(arm, chain=replace(arm.chain, coupling=coupling))
+    for one in (arm, bent):
+        q = one.random_postures(20, np.random.default_rng(0))
+        T, J = frames_and_jacobian(one.chain, q, one.tip("hand"))
+        path = path_arrays(one.chain, one.tip("hand"))
+        Tk, Jk = np.empty((3, 4)), np.empty((6, 7))
+        scratch = np.empty((len(path.offset), 7))
+        for k in range(len(q)):
+            pose_kernels.hand_and_jacobian(path, q[k], Tk, Jk, scratch)
+            assert Tk == pytest.approx(T[k, :3], abs=1e-13)
+            assert Jk == pytest.approx(J[k], abs=1e-13)
+
+
+def test_the_closed_form_is_exact_where_the_arm_is_its_own_relative():
+    arm = srs7()
+    relative = SrsRelative.of(arm)
+    for q in arm.random_postures(20, np.random.default_rng(1)):
+        T = hand(arm, q)[0]
+        found, out = relative.postures(T, arm_swivel_angle(arm, q))
+        good = np.isfinite(out[0])
+        assert hand(arm, found[0][good]) == pytest.approx(np.repeat(T[None], good.sum(), 0))
+        assert np.abs(found[0][good] - q).max(axis=1).min() < 1e-7
+
+
+def test_refinement_reaches_the_pose_and_reports_where_it_does_not(arm):
+    rng = np.random.default_rng(2)
+    q = arm.random_postures(30, rng)
+    done = refine(arm, q + rng.normal(scale=0.15, size=q.shape), hand(arm, q))
+    assert done.reached.all()
+    assert hand(arm, done.q) == pytest.approx(hand(arm, q), abs=1e-9)
+    far = hand(arm, q[:1]).copy()
+    far[0, :3, 3] += 5.0
+    assert not refine(arm, q[:1], far).reached[0]
+
+
+def test_a_manifold_holds_the_posture_that_its_pose_came_from(arm):
+    finder = ManifoldFinder.of(arm)
+    postures = arm.random_postures(25, np.random.default_rng(3))
+    # A little off the limits: a posture on a limit may stand at the very end of an interval.
+    postures = arm.middle() + 0.9 * (postures - arm.middle())
+    for q in postures:
+        manifold = finder.find(hand(arm, q)[0])
+        gaps = []
+        for interval in manifold.intervals:
+            s = np.linspace(0.0, interval.arc[-1], 400)
+            gaps.append(np.abs(interval.at(s) - q).max(axis=1).min())
+        assert min(gaps) < 0.02
+
+
+def test_intervals_stay_on_the_pose_and_end_on_the_limit_they_name(arm):
+    finder = ManifoldFinder.of(arm)
+    for q in arm.random_postures(8, np.random.default_rng(4)):
+        T = hand(arm, q)[0]
+        for interval in finder.find(T).intervals:
+            s = np.linspace(0.0, interval.arc[-1], 50)
+            on = interval.at(s)
+            assert hand(arm, on) == pytest.approx(np.repeat(T[None], 50, axis=0), abs=1e-8)
+            assert (on >= arm.lower - 1e-9).all() and (on <= arm.upper + 1e-9).all()
+            for end, name in zip((interval.q[0], interval.q[-1]), interval.ends, strict=True):
+                if " " not in name or name == "end of the curve":
+                    continue
+                joint, side = name.rsplit(" ", 1)
+                limit = {"lower": arm.lower, "upper": arm.upper}[side]
+                i = arm.joints.index(joint)
+                assert end[i] == pytest.approx(limit[i], abs=1e-12)
+                assert hand(arm, end)[0] == pytest.approx(T, abs=1e-8)
+
+
+def test_a_brute_force_sweep_finds_no_posture_outside_the_intervals():
+    arm = srs7()
+    finder, relative = ManifoldFinder.of(arm), SrsRelative.of(arm)
+    for q in arm.random_postures(6, np.random.default_rng(5)):
+        T = hand(arm, q)[0]
+        manifold = finder.find(T)
+        swivel = np.deg2rad(np.arange(-180, 180, 0.5))
+        found, out = relative.postures(T, swivel)
+        inside = (found > arm.lower + 0.01).all(axis=2) & (found < arm.upper - 0.01).all(axis=2)
+        for posture in found[inside & (out < 1e-12)]:
+            near = [
+                np.abs(i.at(np.linspace(0, i.arc[-1], 600)) - posture).max(axis=1).min()
+                for i in manifold.intervals
+            ]
+            assert min(near) < 0.02
+
+
+def test_an_excluded_body_cuts_intervals_where_it_begins():
+    arm = srs7()
+    T = hand(arm, arm.middle())[0]
+    whole = self_motion_manifold(arm, T)
+    middle = float(np.mean(whole.swivel_intervals[0]))
+
+    def clearance(q):
+        return middle - arm_swivel_angle(arm, q)
+
+    part = self_motion_manifold(arm, T, clearance=clearance)
+    ends = [end for interval in part.intervals for end in interval.ends]
+    assert "body" in ends
+    assert part.swivel_width < whole.swivel_width
+    assert max(high for _, high in part.swivel_intervals) == pytest.approx(middle, abs=1e-6)
+
+
+def test_what_cannot_be_reached_says_by_how_much(arm):
+    T = hand(arm, arm.middle())[0].copy()
+    T[:3, 3] += 2.0 * arm.forward
+    manifold = self_motion_manifold(arm, T)
+    assert not manifold.intervals and not manifold.status
+    assert "out of reach" in manifold.status.sentence and "mm" in manifold.status.sentence
+
+
+def test_bad_input_is_refused_in_one_line():
+    arm = srs7()
+    with pytest.raises(RangeError, match="not a rotation"):
+        self_motion_manifold(arm, np.diag([1.0, 1.0, 2.0, 1.0]))
+    with pytest.raises(ShapeError, match="2 poses given"):
+        self_motion_manifold(arm, np.repeat(np.eye(4)[None], 2, axis=0))
+    with pytest.raises(ModelError, match="a swivel needs 7"):
+        self_motion_manifold(planar([0.3, 0.3]), np.eye(4))
+    with pytest.raises(RangeError, match="has length 2"):
+        pose_from_quaternion([0, 0, 0, 2], [0, 0, 0])
+    assert pose_from_quaternion([0, 0, 0, 1], [1, 2, 3])[:3, 3].tolist() == [1, 2, 3]
