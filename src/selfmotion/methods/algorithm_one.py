@@ -129,7 +129,7 @@ def algorithm_one(
 
 
 def _change(step: np.ndarray, problem: Problem) -> float:
-    """Find the largest step of a log-weight, without joints that never move: those drift for ever."""
+    """Find the largest step of a log-weight; joints that never move drift and are passed over."""
     largest = 0.0
     for group in problem.groups:
         live = [i for i in group if problem.moving[i]]
@@ -206,7 +206,7 @@ def _centring(n: int, groups: tuple[tuple[int, ...], ...]) -> np.ndarray:
 
 def _sums(samples: Samples, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     w = np.exp(theta)
-    sums = algorithm_sums(samples, w, w_before=w, ratio_before=0.0)
+    sums = algorithm_sums(samples, w, w_before=w, ratio_before=0.0, clusters=True)
     return sums.cross, sums.cross_by_cluster
 
 

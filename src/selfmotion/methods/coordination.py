@@ -89,6 +89,12 @@ def principal_components(recordings: Recordings) -> PrincipalComponents:
 
     Raises:
         RangeError: nothing moves, or fewer than two samples.
+
+    Example:
+        >>> qd = np.array([[0.0, 0.0], [3.0, 4.0], [6.0, 8.0]])
+        >>> found = principal_components(Recording(np.arange(3.0), q=qd, qd=qd))
+        >>> found.share.round(6).tolist(), found.loadings[0].round(6).tolist()
+        ([1.0, 0.0], [0.6, 0.8])
     """
     trials = _trials(recordings)
     mean, covariance, _ = _moments(trials.recordings)
@@ -137,6 +143,12 @@ def relative_phase(recordings: Recordings, *, n_points: int = 101) -> RelativePh
     Raises:
         RangeError: a recording has gaps.
         ShapeError: a recording has no `q`.
+
+    Example:
+        >>> t = np.linspace(0, 1, 50)
+        >>> q = np.stack([np.cos(np.pi * t), -np.cos(np.pi * t)], axis=1)
+        >>> round(float(relative_phase(Recording(t, q=q)).mean_absolute[0, 1] / np.pi), 6)
+        1.0
     """
     trials = _trials(recordings)
     angles = []

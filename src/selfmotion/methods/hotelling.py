@@ -105,6 +105,12 @@ def hotelling_one_sample(
     Raises:
         ShapeError: not more people than values each.
         RangeError: the values of the people lie in a plane (S is singular).
+
+    Example:
+        >>> values = np.array([[1.0], [2.0], [3.0]])       # one value: T² is t²
+        >>> test = hotelling_one_sample(values, rng=np.random.default_rng(0))
+        >>> round(test.t2, 6), test.df, test.p_permutation
+        (12.0, (1, 2), 0.25)
     """
     d = as_float_array("values", values, ndim=2) - np.asarray(null, dtype=np.float64)
     require_finite("values", d)
@@ -139,6 +145,11 @@ def hotelling_paired(
         second: the same people in the second.
         rng: for the sign flips.
         n_flips: random sign flips where not all can be tried.
+
+    Example:
+        >>> before, after = np.zeros((3, 1)), np.array([[1.0], [2.0], [3.0]])
+        >>> round(hotelling_paired(before, after, rng=np.random.default_rng(0)).effect, 6)
+        2.0
     """
     before, after = as_float_array("first", first, ndim=2), as_float_array("second", second, ndim=2)
     require_shape("second", after, before.shape)

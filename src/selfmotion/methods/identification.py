@@ -28,10 +28,9 @@ from selfmotion.methods.identification_options import (
 )
 from selfmotion.methods.identification_run import clusters_needed, identify_samples
 from selfmotion.methods.identification_samples import (
-    Motion,
     part_from_arrays,
     plan_chunks,
-    samples_from_motions,
+    samples_from_recordings,
 )
 from selfmotion.methods.weight_estimate import WeightEstimate
 from selfmotion.motion.recording import Recording, Study
@@ -47,7 +46,7 @@ __all__ = [
 
 
 def identify_weights(
-    data: Recording | Study | Sequence[Motion],
+    data: Recording | Study | Sequence[Recording],
     *,
     method: Method = "ml",
     null_ratio: float | Sequence[float] = 0.9,
@@ -80,10 +79,10 @@ def identify_weights(
         >>> identify_weights(one).weights.round(6).tolist()
         [1.0, 0.8, 0.6, 0.4, 0.2]
     """
-    motions = (data,) if isinstance(data, Recording) else tuple(data)
+    recordings = (data,) if isinstance(data, Recording) else tuple(data)
     terms = options.feedback_terms if method == "feedback" else ()
-    samples = samples_from_motions(
-        motions,
+    samples = samples_from_recordings(
+        recordings,
         with_posture="posture" in terms,
         min_clusters=lambda n: clusters_needed(n, terms),
     )

@@ -210,7 +210,7 @@ def normal_equations(
 
 @dataclass(frozen=True, eq=False)
 class AlgorithmSums:
-    """Algorithm 1's sums: C = Σ N q̇q̇ᵀ, by cluster too, and Σ‖e‖."""
+    """Algorithm 1's sums: C = Σ N q̇q̇ᵀ, by cluster if asked for, and Σ‖e‖."""
 
     cross: np.ndarray
     cross_by_cluster: np.ndarray
@@ -218,7 +218,12 @@ class AlgorithmSums:
 
 
 def algorithm_sums(
-    samples: Samples, w: np.ndarray, *, w_before: np.ndarray, ratio_before: float
+    samples: Samples,
+    w: np.ndarray,
+    *,
+    w_before: np.ndarray,
+    ratio_before: float,
+    clusters: bool = False,
 ) -> AlgorithmSums:
     """Sum C at weights w, and the error with v̄ = γ_before N(w_before) q̇ (zero at first)."""
     n, chunks = len(samples.joints), len(samples.cluster)
@@ -233,4 +238,5 @@ def algorithm_sums(
         )  # fmt: skip
 
     sweep(samples, work)
-    return AlgorithmSums(cross.sum(axis=0), by_cluster(samples, cross), float(error.sum()))
+    shares = by_cluster(samples, cross) if clusters else np.empty((0, n, n))
+    return AlgorithmSums(cross.sum(axis=0), shares, float(error.sum()))

@@ -9,13 +9,13 @@ depends on the number of threads.
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Protocol
 
 import numba
 import numpy as np
 
 from selfmotion.arrays import as_float_array, require_shape
 from selfmotion.errors import RangeError, ShapeError
+from selfmotion.motion.recording import Recording
 
 CHUNK = 4096
 """Samples a chunk: what is held of intermediate results at any time is one chunk a thread."""
@@ -25,21 +25,6 @@ SHORT_RUN = 16
 """Interleaved trial numbers with shorter runs than this are sorted (the only case of a copy)."""
 TARGET_CLUSTERS = 20
 """Clusters aimed at when there are too few trials and trials are cut into stretches of time."""
-
-
-class Motion(Protocol):
-    """What identification needs of a recording; `Recording` has it, and so may anything else."""
-
-    @property
-    def qd(self) -> np.ndarray | None: ...  # noqa: D102
-    @property
-    def q(self) -> np.ndarray | None: ...  # noqa: D102
-    @property
-    def xd(self) -> np.ndarray | None: ...  # noqa: D102
-    @property
-    def jacobian(self) -> np.ndarray | None: ...  # noqa: D102
-    @property
-    def joints(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,37 +175,38 @@ def plan_chunks(joints: tuple[str, ...], parts: Sequence[Part], *, min_clusters:
     return Samples(joints, tuple(parts), keep, tuple(bounds), labels, n_trials, clusters)
 
 
-def samples_from_motions(
-    motions: Iterable[Motion], *, with_posture: bool, min_clusters: Callable[[int], int]
+def samples_from_recordings(
+    recordings: Iterable[Recording], *, with_posture: bool, min_clusters: Callable[[int], int]
 ) -> Samples:
     """Take the arrays of recordings, each of which is one trial.
 
     Args:
-        motions: recordings with `qd` and `jacobian`.
+        recordings: with `qd` and `jacobian`.
         with_posture: whether `q` is needed.
         min_clusters: the number of joints to the number of clusters wanted.
 
     Raises:
         ShapeError: a field is missing, or recordings disagree in joints or task rows.
     """
+    wanted = ("qd", "jacobian", "q") if with_posture else ("qd", "jacobian")
     parts: list[Part] = []
     joints: tuple[str, ...] = ()
-    for number, motion in enumerate(motions):
-        name = str(getattr(motion, "name", f"recording {number + 1}"))
-        if motion.qd is None or motion.jacobian is None or (with_posture and motion.q is None):
-            wanted = ("qd", "jacobian", "q") if with_posture else ("qd", "jacobian")
-            missing = [field for field in wanted if getattr(motion, field) is None]
+    for recording in recordings:
+        name = recording.name
+        missing = [field for field in wanted if field not in recording.held]
+        if missing:
             raise ShapeError(f"{name}: {' and '.join(missing)} needed to identify weights")
-        q = motion.q if with_posture else None
-        parts.append(part_from_arrays(name, motion.qd, motion.jacobian, q=q, xd=motion.xd))
-        joints = joints or tuple(motion.joints)
-        rows = parts[0].jacobian.shape[1]
-        if tuple(motion.joints) != joints:
+        q = recording.q if with_posture else None
+        qd, jacobian = recording.array("qd"), recording.array("jacobian")
+        parts.append(part_from_arrays(name, qd, jacobian, q=q, xd=recording.xd))
+        joints = joints or recording.joints
+        if recording.joints != joints:
             raise ShapeError(
-                f"{name}: joints {', '.join(motion.joints)}; "
+                f"{name}: joints {', '.join(recording.joints)}; "
                 f"the first recording has {', '.join(joints)}"
             )
-        require_shape(f"{name}: jacobian", parts[-1].jacobian, (None, rows, len(joints)))
+        rows = parts[0].jacobian.shape[1]
+        require_shape(f"{name}: jacobian", jacobian, (None, rows, len(joints)))
     if not parts:
         raise RangeError("identify_weights: 0 recordings; at least one is needed")
     return plan_chunks(joints, parts, min_clusters=min_clusters(len(joints)))

@@ -184,6 +184,13 @@ def velocity_bands(
 
     Raises:
         ShapeError: recordings differ in their joints, or there are none.
+
+    Example:
+        >>> t, J = np.arange(5.0), np.ones((5, 1, 2))
+        >>> trials = [Recording(t, qd=np.full((5, 2), s), jacobian=J) for s in (1.0, 3.0)]
+        >>> bands = velocity_bands(trials, n_points=3)
+        >>> bands.mean["task"][0].round(9).tolist(), bands.spread["null"][0].round(9).tolist()
+        ([2.0, 2.0], [0.0, 0.0])
     """
     trials = Study((recordings,) if isinstance(recordings, Recording) else tuple(recordings))
     profiles: dict[str, list[np.ndarray]] = {"total": [], "task": [], "null": []}
