@@ -92,7 +92,7 @@ def read_table(path: str | Path) -> Table:
         >>> table.header, table.numbers("elbow_deg").tolist()
         (('time', 'elbow_deg'), [90.0, 91.5])
     """
-    lines = _text(path).splitlines()
+    lines = read_text(path).splitlines()
     kept = [(i + 1, line) for i, line in enumerate(lines) if line.strip(' \t;,"') != ""]
     kept = [(i, line) for i, line in kept if not line.lstrip(' "').startswith("#")]
     if len(kept) < 2:
@@ -115,7 +115,12 @@ def read_table(path: str | Path) -> Table:
     return Table(str(path), header, columns, tuple(number for number, _ in kept[1:]))
 
 
-def _text(path: str | Path) -> str:
+def read_text(path: str | Path) -> str:
+    """Read a text file as laboratories write it: UTF-8 with or without BOM, UTF-16 or Latin-1.
+
+    Raises:
+        FileFormatError: no file, no text, or a line too long for a table.
+    """
     try:
         raw = Path(path).read_bytes()
     except OSError as error:

@@ -1,0 +1,171 @@
+"""Marker trajectories as Vicon Nexus exports them to CSV.
+
+The section "Trajectories" holds: the rate, a line of marker labels (three columns each, with the
+subject's prefix), Frame and Sub Frame, the units, one row a frame. Other sections (devices, model
+outputs, joints) are passed over. The file does not say which way the axes point: the caller does.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from selfmotion.errors import FileFormatError
+from selfmotion.motion.files.table import read_text
+from selfmotion.motion.labels import UNKNOWN_FRAME, Frame, Labels
+from selfmotion.motion.markers import MarkerSet, without_prefix
+
+METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+SECTION = "trajectories"
+LEAD = 2  # the columns Frame and Sub Frame
+
+
+def read_vicon_csv(
+    path: str | Path, *, frame: Frame = UNKNOWN_FRAME, labels: Labels | None = None
+) -> MarkerSet:
+    r"""Read the marker trajectories of a Vicon Nexus CSV file.
+
+    Time counts from frame 1. Markers without any sample are kept, as gaps. The subject's prefix
+    becomes the label `subject`, unless labels are given.
+
+    Args:
+        path: the file; comma, semicolon or tab between cells, with or without BOM.
+        frame: the axes of the laboratory, which the file does not tell.
+        labels: whose movement this is; left out: the prefix tells the subject.
+
+    Raises:
+        FileFormatError: one line that names the file, the row and what is wrong there.
+
+    Example:
+        >>> import tempfile
+        >>> where = Path(tempfile.mkdtemp(), "reach.csv")
+        >>> _ = where.write_text("Trajectories\n100\n,,P1:STRN,,\nFrame,Sub Frame,X,Y,Z\n"
+        ...                      ",,mm,mm,mm\n1,0,1000,0,250\n2,0,,,\n")
+        >>> seen = read_vicon_csv(where)
+        >>> seen.names, seen.labels.subject, seen.point("STRN")[0].tolist()
+        (('STRN',), 'P1', [1.0, 0.0, 0.25])
+    """
+    lines = read_text(path).splitlines()
+    start = _section_start(path, lines)
+    mark = next((m for m in (",", ";", "\t") if m in lines[start + 3]), ",")
+    cells = [[cell.strip() for cell in line.split(mark)] for line in lines[start + 1 : start + 5]]
+    rate = _rate(path, start + 2, cells[0][0])
+    names = _names(path, start + 3, cells[1])
+    scale = _scales(path, start + 5, cells[3], len(names))
+    rows = _rows(lines[start + 5 :], mark)
+    if not rows:
+        raise FileFormatError(f"{path}: no frames after row {start + 5}")
+    values = _values(path, start + 6, rows, LEAD + 3 * len(names))
+    bare, prefix = without_prefix(names)
+    found = MarkerSet(
+        (values[:, 0] - 1.0) / rate,
+        bare,
+        (values[:, LEAD:] * scale).reshape(len(values), -1, 3),
+        frame,
+        labels or Labels(subject=prefix),
+        str(path),
+    )
+    return found if labels is None else replace(found, labels=labels)
+
+
+def _section_start(path: str | Path, lines: list[str]) -> int:
+    """Find the line that says Trajectories; its header needs four more."""
+    for i, line in enumerate(lines):
+        if line.strip(' \t;,"').lower() == SECTION:
+            if len(lines) < i + 5:
+                raise FileFormatError(
+                    f"{path}: ends at row {len(lines)}, within the header of its trajectories"
+                )
+            if "frame" not in lines[i + 3].lower():
+                raise FileFormatError(
+                    f"{path}: row {i + 4}: {lines[i + 3][:40]!r} where Frame,Sub Frame,X,Y,Z,... "
+                    "is needed"
+                )
+            return i
+    raise FileFormatError(f"{path}: no line that says Trajectories, so no Vicon marker file")
+
+
+def _rate(path: str | Path, row: int, cell: str) -> float:
+    try:
+        rate = float(cell)
+    except ValueError:
+        rate = float("nan")
+    if not 0.0 < rate < 1e6:
+        raise FileFormatError(f"{path}: row {row}: rate {cell[:40]!r}; allowed is a number of Hz")
+    return rate
+
+
+def _names(path: str | Path, row: int, cells: list[str]) -> list[str]:
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    names = cells[LEAD::3]
+    if not names:
+        raise FileFormatError(f"{path}: row {row}: no marker labels")
+    stray = next((c for i, c in enumerate(cells) if c and (i < LEAD or (i - LEAD) % 3)), None)
+    if stray is not None or not all(names):
+        raise FileFormatError(
+            f"{path}: row {row}: marker labels must stand over every third column from column 3"
+            + (f"; {stray[:40]!r} does not" if stray else "; one is missing")
+        )
+    return names
+
+
+def _scales(path: str | Path, row: int, cells: list[str], n_markers: int) -> np.ndarray:
+    units = cells[LEAD : LEAD + 3 * n_markers]
+    for unit in units:
+        if unit not in METRES:
+            known = ", ".join(METRES)
+            raise FileFormatError(f"{path}: row {row}: unit {unit[:40]!r}; allowed are {known}")
+    if len(units) != 3 * n_markers:
+        raise FileFormatError(
+            f"{path}: row {row}: {len(units)} units for {n_markers} markers of 3 columns each"
+        )
+    return np.array([METRES[unit] for unit in units])
+
+
+def _rows(lines: list[str], mark: str) -> list[list[str]]:
+    """Take rows until a blank line ends the section."""
+    rows = []
+    for line in lines:
+        if not line.strip(" \t;,"):
+            break
+        rows.append(line.split(mark))
+    return rows
+
+
+def _values(path: str | Path, first: int, rows: list[list[str]], width: int) -> np.ndarray:
+    """Turn cells into numbers (rows, width); empty cells are NaN, but the frame is needed."""
+    out = np.full((len(rows), width), np.nan)
+    for i, row in enumerate(rows):
+        if any(cell.strip() for cell in row[width:]):
+            raise FileFormatError(
+                f"{path}: row {first + i} has {len(row)} cells; {width} are expected"
+            )
+        try:
+            numbers = [float(c) if c and not c.isspace() else np.nan for c in row[:width]]
+        except ValueError:
+            raise _bad_cell(path, first + i, row[:width]) from None
+        out[i, : len(numbers)] = numbers  # Nexus leaves the last empty cells of a row out
+    bad = np.flatnonzero(~np.isfinite(out[:, 0]) | np.isinf(out).any(axis=1))
+    if bad.size:
+        at = int(bad[0])
+        raise FileFormatError(
+            f"{path}: row {first + at}: frame {rows[at][0][:40]!r} or an infinite coordinate; "
+            "frames are numbered, gaps are empty cells"
+        )
+    return out
+
+
+def _bad_cell(path: str | Path, row: int, cells: list[str]) -> FileFormatError:
+    column = next(i for i, cell in enumerate(cells) if not _is_number(cell))
+    return FileFormatError(
+        f"{path}: row {row}, column {column + 1}: {cells[column][:40]!r} is no number"
+    )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.strip() or "nan")
+    except ValueError:
+        return False
+    return True
