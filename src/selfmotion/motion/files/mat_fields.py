@@ -8,6 +8,7 @@ velocity make. Whatever was concluded is said in words.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import permutations
 
 import numpy as np
@@ -42,6 +43,7 @@ class Motion:
     said: tuple[str, ...]
 
 
+@lru_cache(maxsize=1024)  # the same few names stand in thousands of trials
 def part_of(name: str) -> str | None:
     """Give what a field of this name holds: q, qd, x, xd, jacobian, time ...; None: not told."""
     folded = re.sub(r"[^a-z0-9]", "", name.lower())
