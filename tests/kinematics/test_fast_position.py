@@ -1,0 +1,93 @@
+"""Fast positions against the plain kernel, for chains of every kind."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import PPoly
+
+from selfmotion.errors import NotFiniteError, RangeError, ShapeError
+from selfmotion.kinematics.chain import GROUND, Chain, CoupledCurve, Coupling, Tip
+from selfmotion.kinematics.fast_position import positions, sine_cosine
+from selfmotion.kinematics.forward import forward_kinematics
+from selfmotion.kinematics.serial_path import SerialPath
+from selfmotion.spatial import exp_rotation, transform
+
+
+def random_tree(rng, n=7, coupled=False):
+    """A tree with random frames, axes, parents and some prismatic joints."""
+    axes = rng.normal(size=(n, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    axes[0], axes[1], axes[2] = (0, 0, 1), (0, 0, -1), (1, 0, 0)
+    offsets = np.array(
+        [transform(exp_rotation(rng.normal(size=3)), 0.3 * rng.normal(size=3)) for _ in range(n)]
+    )
+    offsets[3] = np.eye(4)
+    parent = np.array([GROUND, 0, 1, 1, 3, 4, 3])
+    kind = np.array([0, 0, 1, 0, 0, 1, 0])
+    coupling = Coupling.identity(tuple(f"j{i}" for i in range(n)))
+    limits = n
+    if coupled:
+        matrix = rng.normal(size=(n, 3))
+        matrix[4] = 0.0
+        offset = rng.normal(size=n)
+        offset[4] = 0.0
+        curve = PPoly(rng.normal(size=(4, 2)), np.array([-1.0, 0.2, 1.0]))
+        coupling = Coupling(("a", "b", "c"), matrix, offset, (CoupledCurve(4, 1, curve),))
+        limits = 3
+    names = tuple(f"j{i}" for i in range(n))
+    return Chain(
+        names, parent, kind, axes, offsets, -2 * np.ones(limits), 2 * np.ones(limits), coupling
+    )
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("joint", [0, 2, 3, 5, 6])
+def test_agrees_with_the_plain_kernel(joint, coupled):
+    rng = np.random.default_rng(3)
+    chain = random_tree(rng, coupled=coupled)
+    tip = Tip(joint, transform(exp_rotation(rng.normal(size=3)), rng.normal(size=3)))
+    q = rng.uniform(-7, 7, (1000, chain.n_coordinates))  # no multiple of the block
+    expected = forward_kinematics(chain, q, tip)[:, :3, 3]
+    scale = max(1.0, np.abs(expected).max())  # coupled slides reach many metres
+    np.testing.assert_allclose(positions(chain, q, tip), expected, atol=1e-12 * scale, rtol=0)
+
+
+def test_sine_and_cosine_are_those_of_the_c_library():
+    angle = np.concatenate([np.linspace(-40, 40, 20001), [0.0, np.pi / 2, np.pi, 1e4, -1e4]])
+    s, c = np.array([sine_cosine(float(a)) for a in angle]).T
+    np.testing.assert_allclose(s, np.sin(angle), atol=4e-13, rtol=0)
+    near = np.abs(angle) < 50
+    np.testing.assert_allclose(s[near], np.sin(angle[near]), atol=8e-15, rtol=0)
+    np.testing.assert_allclose(c[near], np.cos(angle[near]), atol=8e-15, rtol=0)
+
+
+def test_threads_give_the_same_numbers():
+    rng = np.random.default_rng(4)
+    chain = random_tree(rng)
+    tip = Tip(6)
+    q = rng.uniform(-2, 2, (50_001, 7))
+    np.testing.assert_array_equal(positions(chain, q, tip), positions(chain, q, tip, threads=2))
+
+
+def test_path_keeps_quarter_turns_exact():
+    chain = random_tree(np.random.default_rng(5))
+    path = SerialPath.of(chain, Tip(6))
+    assert path.joints.tolist() == [0, 1, 3, 6]
+    assert path.twist[0] <= np.pi
+
+
+def test_a_tip_on_the_ground_stays_there():
+    chain = random_tree(np.random.default_rng(5))
+    tip = Tip(GROUND, transform(None, [1.0, 2.0, 3.0]))
+    assert positions(chain, np.zeros((2, 7)), tip).tolist() == [[1, 2, 3], [1, 2, 3]]
+
+
+def test_bad_input():
+    chain = random_tree(np.random.default_rng(5))
+    with pytest.raises(ShapeError, match=r"expected \(samples, 7\)"):
+        positions(chain, np.zeros((2, 6)), Tip(6))
+    with pytest.raises(NotFiniteError, match=r"q\[1, 6\] = nan"):
+        positions(chain, [[0.0] * 7, [0.0] * 6 + [np.nan]], Tip(6))
+    with pytest.raises(NotFiniteError, match=r"q\[0, 2\] = inf"):
+        positions(chain, [[0.0, 0.0, np.inf, 0.0, 0.0, 0.0, 0.0]], Tip(2))
+    with pytest.raises(RangeError, match="threads = 0"):
+        positions(chain, np.zeros(7), Tip(6), threads=0)
