@@ -7,13 +7,12 @@ against the truth::
     selfmotion weights examples/reach.csv --arm exoskeleton
 """
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from selfmotion.motion.files.angles_csv import write_angles_csv
-from selfmotion.motion.recording import Recording, Study
+from selfmotion.studies.demonstration import angles_only
 from selfmotion.studies.simulated_people import ReachingProtocol, simulate_reaching
 
 
@@ -29,20 +28,11 @@ def main() -> None:
         spread_length=0.0,
     )
     made = simulate_reaching(protocol, rng=np.random.default_rng(7))
-    natural = made.study.select(condition="Viscous")
+    chosen = made.study.select(condition="Viscous")
     path = Path(__file__).parent / "reach.csv"
-    write_angles_csv(path, Study(tuple(angles_only(r) for r in natural)))
+    write_angles_csv(path, angles_only(chosen))
     person = made.people[0]
     print(path, "true weights:", person.weights["Viscous"].round(3).tolist())
-
-
-def angles_only(recording: Recording) -> Recording:
-    """Keep time, angles and labels, as a laboratory would export them."""
-    # The generated arm counts elevation positive away from the trunk, the arm `exoskeleton` the
-    # other way round.
-    q = recording.array("q") * np.array([-1.0, 1.0, 1.0, 1.0])
-    bare = Recording(recording.time, q=q.round(6), joints=recording.joints)
-    return replace(bare, labels=recording.labels, frame=recording.frame, source="simulated")
 
 
 if __name__ == "__main__":
