@@ -53,7 +53,7 @@ def test_reaches_the_same_weights_from_elsewhere(start):
 def test_example_one_of_the_paper_has_the_published_error():
     rng = np.random.default_rng(0)
     errors = []
-    for _ in range(60):
+    for _ in range(30):
         qd, J = random_arm(rng, TRUE, samples=500, noise=0.2, projected=False)
         options = IdentificationOptions(tolerance=1e-3, hash_inputs=False)
         found = identify(qd, J, "paper", null_ratio=0.6, options=options)
