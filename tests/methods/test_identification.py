@@ -53,9 +53,9 @@ def test_reaches_the_same_weights_from_elsewhere(start):
 def test_example_one_of_the_paper_has_the_published_error():
     rng = np.random.default_rng(0)
     errors = []
-    for _ in range(30):
+    for _ in range(100):  # as many as the paper
         qd, J = random_arm(rng, TRUE, samples=500, noise=0.2, projected=False)
-        options = IdentificationOptions(tolerance=1e-3, hash_inputs=False)
+        options = IdentificationOptions(tolerance=3e-3, hash_inputs=False)
         found = identify(qd, J, "paper", null_ratio=0.6, options=options)
         errors.append(np.linalg.norm(found.full_weights - TRUE))
     assert np.mean(errors) == pytest.approx(0.07, abs=0.01)
