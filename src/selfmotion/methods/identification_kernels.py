@@ -13,13 +13,11 @@ r̃ = y/h - f, d = (I - Π)(h² r̃), the residual is r = N y = h r̃ and
     Σ r·∂²r    = Π_ij (f_i d_j + f_j d_i) - δ_ij f_i d_i   (what Gauss-Newton leaves out)
 
 The rows of G come from modified Gram-Schmidt, which does not square the condition of J. A column
-with h = 0 is a joint taken out of the chain (w = ∞).
-
-Samples run in blocks of `LANES` side by side, which is what lets LLVM use vector registers. The
-kernels release the GIL and run on ordinary threads (see `identification_passes`), not in numba's
-own parallel loops: those are not safe to enter from two Python threads, and take longer to
-compile. Kernels that call each other stay in this module: numba's cache does not notice an edited
-callee in another file.
+with h = 0 is a joint taken out of the chain (w = ∞). Blocks of `LANES` samples run side by side,
+which lets LLVM use vector registers. The kernels release the GIL and run on ordinary threads (see
+`identification_samples.sweep`): numba's own parallel loops are not safe to enter from two Python
+threads, and compile more slowly. Kernels that call each other stay in this module: numba's cache
+does not notice an edited callee in another file.
 """
 
 import numpy as np
