@@ -33,8 +33,8 @@ def attach_arm(
         RangeError: the recording is not timed, or the cutoff is not below half its rate.
         NotFiniteError: no sample has every joint and its velocity.
     """
-    columns = _columns(recording, arm)
     recording.array("q")  # refuses a recording without angles
+    columns = _columns(recording, arm)
     held = recording.qd is not None
     moving = recording if held else with_velocities(recording, cutoff=cutoff)
     q, qd = moving.array("q")[:, columns], moving.array("qd")[:, columns]
