@@ -24,6 +24,13 @@ from selfmotion.studies.results import Convergence, NoiseSweep, Sweep
 
 # Perceptually even map for γ from 0 to 1; the ends are left out (too dark, too pale).
 GAMMA_MAP = ("viridis", 0.05, 0.9)
+GAMMA_TICKS = (0.05, 0.1, 0.2, 0.5, 1.0)
+NOISE_NAMES = {
+    "projected": "noise projected (eq. 15)",
+    "not projected": "noise not projected (as in Fig 1)",
+}
+# Iterations that the panels of Fig 3 show; later ones look the same.
+SHOWN = 200
 METHOD_NAMES = {
     "ml": "maximum likelihood",
     "paper": "Algorithm 1 (paper)",
@@ -69,12 +76,10 @@ def gamma_figure(sweep: Sweep) -> Figure:
         error = run.error.mean(axis=0)
         ax.plot(np.arange(len(error)), error, color=_gamma_colour(gamma), label=f"γ = {gamma:g}")
     ax.set_yscale("log")
-    ax.set_xscale("symlog", linthresh=10.0)
-    ax.set_xlim(0, sweep.runs[0].weights.shape[1] - 1)
-    ax.set_xticks([0, 5, 10, 20, 50, 100, 200], labels=["0", "5", "10", "20", "50", "100", "200"])
-    ax.set_xlim(0, sweep.runs[0].weights.shape[1] - 1)
+    ax.set_yticks(GAMMA_TICKS, labels=[f"{tick:g}" for tick in GAMMA_TICKS])
     ax.minorticks_off()
-    ax.set_xlabel("iteration (linear to 10, then logarithmic)")
+    ax.set_xlim(0, min(200, sweep.runs[0].weights.shape[1] - 1))
+    ax.set_xlabel("iteration")
     ax.set_ylabel("‖weights − true weights‖")
     figure.legend(loc="outside right center")
     return figure
@@ -95,9 +100,11 @@ def two_joint_figure(sweep: Sweep) -> Figure:
         for i, true in enumerate(run.truth):
             colour = joint_colour(i)
             ax.axhline(true, color=colour, linewidth=0.8, linestyle=":")
-            ax.plot(history[:, i], "-" if i == 0 else "--", color=colour, label=f"$w_{i + 1}$")
+            line = "-" if i == 0 else "--"
+            ax.plot(history[:, i], line, color=colour, linewidth=1.1, label=f"$w_{i + 1}$")
         ax.set_title(run.label)
         ax.set_ylim(-0.04, 1.08)
+        ax.set_xlim(0, min(SHOWN, len(history) - 1))
         ax.xaxis.set_major_locator(MaxNLocator(4, integer=True))
     first = axes.flat[0]
     first.plot([], [], color=BASELINE, linewidth=0.8, linestyle=":", label="true weight")
@@ -131,7 +138,7 @@ def noise_figure(sweep: NoiseSweep) -> Figure:
                 elinewidth=0.8,
                 label=METHOD_NAMES.get(str(method), str(method)),
             )
-        ax.set_title(f"noise {words(str(kind))}")
+        ax.set_title(NOISE_NAMES.get(str(kind), words(str(kind))))
         ax.set_xlabel("null-space noise σ (rad/s)")
     axes[0, 0].set_ylabel("‖weights − true weights‖")
     axes[0, 0].set_ylim(bottom=0.0)

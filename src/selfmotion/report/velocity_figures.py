@@ -25,6 +25,8 @@ from selfmotion.report.theme import (
 from selfmotion.studies.results import NullSpeeds, SplitBands
 
 UNIT = "(rad/s)"
+# Panels show at least this much either side of zero (rad/s): smaller is rounding, not motion.
+LEAST_RANGE = 0.02
 PROGRESS = "movement (%)"
 
 
@@ -87,7 +89,9 @@ def null_velocity_figure(speeds: NullSpeeds, conditions: Sequence[str]) -> Figur
             if j == 0:
                 ax.set_title(title)
         axes[j, 1].sharey(axes[j, 2])
+        _widen(axes[j, 2])
         axes[j, 0].set_ylabel(f"{words(joint).replace(' ', chr(10), 1)}\n{UNIT}")
+    figure.align_ylabels(axes[:, 0])
     _progress(axes[-1])
     for c, condition in enumerate(conditions):
         axes[0, 0].plot([], [], condition_line(c), color=BASELINE, label=words(condition))
@@ -114,6 +118,8 @@ def split_figure(bands: SplitBands) -> Figure:
                 label = f"{part.replace('null', 'null-space')} velocity, identified W"
                 _band(ax, identified, part, j, _Look(colour, "-", label))
         axes[j, 0].set_ylabel(f"{words(joint).replace(' ', chr(10), 1)}\n{UNIT}")
+        _widen(axes[j, 0])
+    figure.align_ylabels(axes[:, 0])
     axes[0, 0].set_title("task")
     axes[0, 1].set_title("null space")
     _progress(axes[-1])
@@ -154,6 +160,12 @@ def _band(ax: Axes, bands: VelocityBands, part: str, joint: int, look: _Look) ->
     sd = np.nan_to_num(bands.spread[part][:, joint])  # one trial has no spread
     ax.fill_between(percent, mean - sd, mean + sd, color=look.colour, alpha=BAND, linewidth=0)
     ax.plot(percent, mean, look.line, color=look.colour, label=look.label)
+
+
+def _widen(ax: Axes) -> None:
+    """Keep a panel without motion from showing rounding errors, magnified."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, -LEAST_RANGE), max(high, LEAST_RANGE))
 
 
 def _progress(axes: Sequence[Axes]) -> None:

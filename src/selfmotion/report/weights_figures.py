@@ -23,6 +23,8 @@ from selfmotion.report.theme import (
 
 # Half-width of the place of one joint in which its conditions stand, axis units.
 SPREAD = 0.32
+# Share of the height kept free below the points.
+FOOT = 0.16
 # Text of a joint whose weight the data cannot tell.
 NOT_IDENTIFIED = "not\nidentified"
 NEEDED = ("subject", "condition", "joint", "weight", "identified")
@@ -46,7 +48,7 @@ def weights_figure(
     _check(table)
     joints = list(dict.fromkeys(table["joint"]))
     conditions = list(dict.fromkeys(table["condition"]))
-    figure, axes = new_figure(size=(max(4.6, 0.9 * len(joints) * len(conditions) ** 0.5 + 2), 3.8))
+    figure, axes = new_figure(size=(_width(len(joints), len(conditions)), 3.8))
     ax = axes[0, 0]
     for j, joint in enumerate(joints):
         if j:
@@ -71,11 +73,18 @@ def weights_figure(
             if truth is not None and condition in truth:
                 ax.hlines(truth[condition][j], place - 0.09, place + 0.09, color=INK, linewidth=1)
     ax.set_yscale("log")
+    low, high = ax.get_ylim()
+    ax.set_ylim(low * (low / high) ** FOOT, high)  # room for words below the points
     ax.set_xticks(range(len(joints)), labels=[words(str(j)).replace(" ", "\n", 1) for j in joints])
     ax.set_xlim(-0.5, len(joints) - 0.5)
     ax.set_ylabel("IK weight (largest = 1)")
     _condition_legend(figure, ax, conditions, with_truth=truth is not None)
     return figure
+
+
+def _width(n_joints: int, n_conditions: int) -> float:
+    """Give a width (inches) in which points and words do not touch."""
+    return min(10.0, max(4.6, 1.0 + n_joints * (0.7 + 0.4 * n_conditions)))
 
 
 def _draw_people(ax: Axes, place: float, part: pd.DataFrame, colour: str, marker: str) -> None:
@@ -85,12 +94,12 @@ def _draw_people(ax: Axes, place: float, part: pd.DataFrame, colour: str, marker
         ax.text(
             place,
             0.01,
-            f"{missing} of {len(part)}\nnot id.",
+            "not\nidentified" if missing == len(part) else f"{missing}/{len(part)} not\nidentified",
             transform=ax.get_xaxis_transform(),
             ha="center",
             va="bottom",
             color=BASELINE,
-            fontsize=7,
+            fontsize=6.5,
         )
     if known.empty:
         return
@@ -150,7 +159,7 @@ def contribution_figure(table: pd.DataFrame) -> Figure:
                 continue
             label = words(str(joint)) if row == 0 else None
             ax.barh(row, share, left=start, height=0.62, color=joint_colour(j), label=label)
-            if share >= 0.05:
+            if share >= 0.07:
                 ax.text(
                     start + share / 2,
                     row,

@@ -7,7 +7,7 @@ that depends on the reference joint; and beside Algorithm 1 the weights are iden
 likelihood, which is what the test and the null-space velocities rest on.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,8 @@ from selfmotion.studies.results import NullSpeeds, Recovery
 from selfmotion.studies.simulated_people import ReachingProtocol, simulate_reaching
 from selfmotion.studies.velocity_profiles import bands_by, null_speeds
 from selfmotion.studies.weight_tables import (
-    ALGORITHM_1,
+    LONG_RUN,
+    SHORT_RUN,
     Key,
     identify_each,
     mean_contribution,
@@ -86,6 +87,7 @@ def analyse_reaching(
     *,
     rng: np.random.Generator,
     truth: Mapping[Key, Float[np.ndarray, " joints"]] | None = None,
+    methods: Sequence[Method] = ("ml", "paper", "feedback"),
 ) -> ReachingResult:
     """Identify weights for each person and condition, test the conditions, split velocities.
 
@@ -93,6 +95,7 @@ def analyse_reaching(
         study: recordings with q, qd and jacobian, labelled by subject, condition, target, trial.
         rng: source of randomness of the permutation check.
         truth: true weights of generated people.
+        methods: the estimators, ``ml`` among them.
 
     Raises:
         ShapeError: the recordings do not have two conditions and at least three joints.
@@ -103,9 +106,9 @@ def analyse_reaching(
             f"experiment 1: {len(conditions)} condition(s) and {len(study.joints)} joint(s); "
             "two conditions and at least 3 joints are needed"
         )
-    methods: tuple[Method, ...] = ("ml", "paper", "feedback")
+    limit = SHORT_RUN if truth else LONG_RUN
     estimates = {
-        m: identify_each(study, method=m, null_ratio=GAMMA, options=ALGORITHM_1) for m in methods
+        m: identify_each(study, method=m, null_ratio=GAMMA, paper_iterations=limit) for m in methods
     }
     tables = {m: weight_table(one) for m, one in estimates.items()}
     full = {key: e.full_weights for key, e in estimates["ml"].items()}

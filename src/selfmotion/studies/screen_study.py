@@ -23,7 +23,8 @@ from selfmotion.motion.recording import Study
 from selfmotion.studies.results import Recovery
 from selfmotion.studies.simulated_screen import ScreenProtocol, simulate_screen
 from selfmotion.studies.weight_tables import (
-    ALGORITHM_1,
+    LONG_RUN,
+    SHORT_RUN,
     Key,
     identify_each,
     mean_contribution,
@@ -92,9 +93,10 @@ def analyse_screen(
     """
     if len(study.joints) != 3:
         raise ShapeError(f"experiment 2: {len(study.joints)} joints; the chain has 3")
+    limit = SHORT_RUN if truth else LONG_RUN
     methods: tuple[Method, ...] = ("ml", "paper", "feedback")
     estimates = {
-        m: identify_each(study, method=m, null_ratio=GAMMA, options=ALGORITHM_1) for m in methods
+        m: identify_each(study, method=m, null_ratio=GAMMA, paper_iterations=limit) for m in methods
     }
     tables = {m: weight_table(one) for m, one in estimates.items()}
     ratios = ((2, 0), (1, 0))

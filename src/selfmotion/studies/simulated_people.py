@@ -28,12 +28,13 @@ CONDITION_WEIGHTS = {
     "Natural": (1.0, 0.04 / 0.27, 0.04 / 0.65, 1.0),
     "Viscous": (1.0, 0.09 / 0.68, 0.09 / 0.14, 1.0),
 }
-# Posture from which all reaches start, and postures that put the hand at each target (rad).
+# Posture from which all reaches start, and postures that put the hand at each target (rad). The
+# elbow stays bent by 50° and more: near the straight elbow, joint velocities grow without bound.
 START = (0.10, 0.0, 0.10, 1.50)
 TARGET_POSTURES = {
-    "high": (0.25, 0.10, 1.70, 0.60),
-    "forward": (0.15, 0.05, 1.00, 0.70),
-    "inward": (0.05, 0.75, 0.80, 1.00),
+    "high": (0.25, 0.10, 1.30, 0.95),
+    "forward": (0.15, 0.05, 0.80, 1.00),
+    "inward": (0.05, 0.75, 0.70, 1.15),
 }
 # Corner frequency of the null-space noise (Hz), of the order of voluntary movement.
 NOISE_CORNER = 2.0
@@ -65,7 +66,7 @@ class ReachingProtocol:
     spread_length: float = 0.05
     target_scatter: float = 0.015
     posture_rate: tuple[tuple[str, float], ...] = (("Natural", 0.15), ("Viscous", 0.30))
-    noise: tuple[tuple[str, float], ...] = (("Natural", 0.10), ("Viscous", 0.30))
+    noise: tuple[tuple[str, float], ...] = (("Natural", 0.08), ("Viscous", 0.20))
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,14 +57,15 @@ def null_speeds(
 
 
 def average_people(bands: list[VelocityBands]) -> VelocityBands:
-    """Average the mean profiles of people; the spread is that between people."""
+    """Average people; the spread is over all their movements, within and between people."""
     mean, spread = {}, {}
     for part in bands[0].mean:
         stack = np.stack([one.mean[part] for one in bands])
         mean[part] = stack.mean(axis=0)
-        alone = len(stack) == 1
-        spread[part] = np.full_like(mean[part], np.nan) if alone else stack.std(axis=0, ddof=1)
-    return VelocityBands(bands[0].joints, bands[0].phase, mean, spread, len(bands))
+        within = np.mean([np.nan_to_num(one.spread[part]) ** 2 for one in bands], axis=0)
+        spread[part] = np.sqrt(within + stack.var(axis=0))
+    n_trials = sum(one.n_trials for one in bands)
+    return VelocityBands(bands[0].joints, bands[0].phase, mean, spread, n_trials)
 
 
 def _sizes(study: Study, weights: np.ndarray | None) -> dict[str, object]:
