@@ -43,15 +43,6 @@ def _lane_sum(lanes):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _lane_max(lanes):
-    """Find the largest lane."""
-    top = 0.0
-    for lane in range(LANES):
-        top = max(top, lanes[lane])
-    return top
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def _load(qd, jac, keep, start, stop, y, rows):
     """Copy samples start..stop into lanes; what is not kept becomes a resting, regular arm."""
     m, n = jac.shape[1], jac.shape[2]
@@ -212,7 +203,7 @@ def survey_samples(qd, jac, q, xd, keep, bounds, h, moment, linear, coupling, mi
             for j in range(i, n):
                 moment[c, i, j] = moment[c, j, i] = _lane_sum(mom[i, j])
                 linear[c, i, j] = linear[c, j, i] = _lane_sum(lin[i, j])
-                coupling[c, i, j] = coupling[c, j, i] = _lane_max(top[i, j])
+                coupling[c, i, j] = coupling[c, j, i] = top[i, j].max()
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})
