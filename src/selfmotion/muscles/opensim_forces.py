@@ -1,0 +1,112 @@
+"""Forces of OpenSim muscles and coordinate limits, from the parameters that a bridge has read.
+
+With the convention ``opensim``, active force is what OpenSim's static optimisation uses
+(`calcInextensibleTendonActiveFiberForce`): it takes the pennation angle at the *normalised* fibre
+length, so that its cosine is nearly 1. With ``plain`` the angle is the true one.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from selfmotion.muscles.hill import MuscleSet, fibre_length
+
+# Active and passive force over normalised fibre length, and active force over normalised speed.
+Curves = tuple[Callable[[float], float], Callable[[float], float], Callable[[float], float]]
+
+
+@dataclass(frozen=True, eq=False)
+class OpensimForces:
+    """Forces along the tendon with OpenSim's own curves, tendons stiff.
+
+    Attributes:
+        muscles: constants of the M muscles.
+        curves: of each muscle.
+        fastest: (M,) greatest shortening velocity (fibre lengths per second).
+        shortest: (M,) fibre length (m) at and below which there is no active force.
+        convention: opensim or plain.
+    """
+
+    muscles: MuscleSet
+    curves: tuple[Curves, ...]
+    fastest: Float[np.ndarray, " muscles"]
+    shortest: Float[np.ndarray, " muscles"]
+    convention: str
+
+    def full_activation(
+        self,
+        lengths: Float[np.ndarray, "samples muscles"],
+        velocities: Float[np.ndarray, "samples muscles"] | None = None,
+    ) -> Float[np.ndarray, "samples muscles"]:
+        """Give the active force (N) at activation 1 along the tendon."""
+        fibre, true_cosine = self._fibre(lengths)
+        force = self.muscles.max_force * self._each(0, fibre) * self._cosine(fibre, true_cosine)
+        if velocities is not None:
+            speed = velocities * true_cosine / (self.muscles.fibre * self.fastest)
+            force = force * self._each(2, speed)
+        return np.where(fibre * self.muscles.fibre > self.shortest, force, 0.0)
+
+    def passive(
+        self, lengths: Float[np.ndarray, "samples muscles"]
+    ) -> Float[np.ndarray, "samples muscles"]:
+        """Give the passive force (N) along the tendon of stretched muscles."""
+        fibre, cosine = self._fibre(lengths)
+        return self.muscles.max_force * self._each(1, fibre) * cosine
+
+    def _fibre(self, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return fibre_length(self.muscles, lengths)
+
+    def _cosine(self, fibre: np.ndarray, true_cosine: np.ndarray) -> np.ndarray:
+        if self.convention == "plain":
+            return true_cosine
+        height = self.muscles.fibre * np.sin(self.muscles.pennation)
+        return np.sqrt(np.maximum(1.0 - (height / np.maximum(fibre, 1e-9)) ** 2, 0.0))
+
+    def _each(self, which: int, x: np.ndarray) -> np.ndarray:
+        out = np.empty_like(x)
+        for m, curves in enumerate(self.curves):
+            out[:, m] = [curves[which](float(value)) for value in x[:, m]]
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class LimitForces:
+    """Torque of coordinate limits: ``K s(x / transition) x`` beyond a limit.
+
+    s is the smooth step ``10 t^3 - 15 t^4 + 6 t^5``. All in rad (or m) and N m per rad.
+
+    Attributes:
+        coordinate: (L,) index of the free coordinate of each limit force.
+        upper: (L,) where it begins above; `lower` (L,) below.
+        lower: see `upper`.
+        upper_stiffness: (L,) K above; `lower_stiffness` (L,) below.
+        lower_stiffness: see `upper_stiffness`.
+        transition: (L,) width over which the step rises.
+    """
+
+    coordinate: np.ndarray
+    upper: Float[np.ndarray, " limits"]
+    lower: Float[np.ndarray, " limits"]
+    upper_stiffness: Float[np.ndarray, " limits"]
+    lower_stiffness: Float[np.ndarray, " limits"]
+    transition: Float[np.ndarray, " limits"]
+
+    def __call__(
+        self, q: Float[np.ndarray, "samples coords"]
+    ) -> Float[np.ndarray, "samples coords"]:
+        """Give the torque (N m) that limits exert on the free coordinates."""
+        x = q[:, self.coordinate]
+        above, below = np.maximum(x - self.upper, 0.0), np.maximum(self.lower - x, 0.0)
+        force = self.lower_stiffness * _step(below / self.transition) * below
+        force = force - self.upper_stiffness * _step(above / self.transition) * above
+        out = np.zeros_like(q)
+        for i, j in enumerate(self.coordinate):  # a coordinate may have several
+            out[:, j] += force[:, i]
+        return out
+
+
+def _step(t: np.ndarray) -> np.ndarray:
+    t = np.clip(t, 0.0, 1.0)
+    return t**3 * (10.0 + t * (-15.0 + 6.0 * t))

@@ -1,0 +1,93 @@
+"""Small OpenSim models that the tests build, and OpenSim's own static optimisation."""
+
+from pathlib import Path
+
+import numpy as np
+
+
+def small_arm(osim, file: Path) -> None:
+    """Write a planar arm: shoulder, elbow, and a wrist that follows the elbow along a spline."""
+    model = osim.Model()
+    model.setName("small")
+    model.setGravity(osim.Vec3(0, -9.81, 0))
+    parent, place = model.getGround(), osim.Vec3(0, 0, 0)
+    zero = osim.Vec3(0, 0, 0)
+    for name, length, joint, coordinate in (
+        ("humerus", 0.3, "shoulder", "shoulder_angle"),
+        ("ulna", 0.25, "elbow", "elbow_angle"),
+        ("hand", 0.08, "wrist", "wrist_angle"),
+    ):
+        inertia = osim.Inertia(0.01, 0.001, 0.01, 0, 0, 0)
+        body = osim.Body(name, 1.5 * length / 0.3, osim.Vec3(0.01, -length / 2, 0), inertia)
+        model.addBody(body)
+        pin = osim.PinJoint(joint, parent, place, osim.Vec3(0, 0, 0.1), body, zero, zero)
+        c = pin.updCoordinate()
+        c.setName(coordinate)
+        c.setRangeMin(-0.2)
+        c.setRangeMax(2.4)
+        model.addJoint(pin)
+        parent, place = body, osim.Vec3(0, -length, 0)
+    spline = osim.SimmSpline()
+    for x, y in ((-0.5, -0.1), (0.3, 0.0), (1.0, 0.2), (2.5, 0.3)):
+        spline.addPoint(x, y)
+    names = osim.ArrayStr()
+    names.append("elbow_angle")
+    coupler = osim.CoordinateCouplerConstraint()
+    coupler.setName("wrist_follows")
+    coupler.setIndependentCoordinateNames(names)
+    coupler.setDependentCoordinateName("wrist_angle")
+    coupler.setFunction(spline)
+    model.addConstraint(coupler)
+    _add_muscles(osim, model)
+    limit = osim.CoordinateLimitForce("elbow_angle", 60.0, 0.5, 20.0, 0.3, 0.0, 15.0)
+    limit.setName("elbow_limit")
+    model.addForce(limit)
+    model.finalizeConnections()
+    model.printToXML(str(file))
+
+
+def _add_muscles(osim, model) -> None:
+    ground = model.getGround()
+    body = {name: model.getBodySet().get(name) for name in ("humerus", "ulna", "hand")}
+    paths = {
+        "front": ((ground, 0.05, 0.03), (body["humerus"], 0.03, -0.12)),
+        "back": ((ground, -0.05, 0.03), (body["humerus"], -0.03, -0.12)),
+        "biceps": ((ground, 0.03, 0.02), (body["ulna"], 0.02, -0.05)),
+        "brachialis": ((body["humerus"], 0.02, -0.15), (body["ulna"], 0.02, -0.04)),
+        "triceps": ((body["humerus"], -0.03, -0.1), (body["ulna"], -0.02, 0.02)),
+        "wrist_flexor": ((body["humerus"], 0.02, -0.28), (body["hand"], 0.015, -0.03)),
+    }
+    for name, points in paths.items():
+        muscle = osim.Millard2012EquilibriumMuscle(name, 4000.0, 0.12, 0.05, 0.2)
+        for i, (frame, x, y) in enumerate(points):
+            muscle.addNewPathPoint(f"{name}_{i}", frame, osim.Vec3(x, y, 0))
+        model.addForce(muscle)
+
+
+def static_optimization(osim, file: Path, values: dict[str, float], folder: Path) -> dict:
+    """Give activations by OpenSim's own analysis at a posture held still, tolerance 1e-8."""
+    motion = folder / "posture.mot"
+    rows = [f"{0.1 * i}\t" + "\t".join(f"{v:.15g}" for v in values.values()) for i in range(11)]
+    head = ["posture", "version=1", "nRows=11", f"nColumns={len(values) + 1}", "inDegrees=no"]
+    lines = [*head, "endheader", "time\t" + "\t".join(values), *rows, ""]
+    motion.write_text("\n".join(lines))
+    model = osim.Model(str(file))
+    model.initSystem()
+    analysis = osim.StaticOptimization()
+    analysis.setStartTime(0.4)
+    analysis.setEndTime(0.5)
+    analysis.setConvergenceCriterion(1e-8)
+    analysis.setMaxIterations(3000)
+    model.addAnalysis(analysis)
+    tool = osim.AnalyzeTool(model)
+    tool.setName("oracle")
+    tool.setCoordinatesFileName(str(motion))
+    tool.setInitialTime(0.4)
+    tool.setFinalTime(0.5)
+    tool.setResultsDir(str(folder))
+    tool.setLowpassCutoffFrequency(-1.0)
+    tool.setLoadModelAndInput(True)
+    tool.run()
+    table = osim.TimeSeriesTable(str(next(folder.glob("*activation*"))))
+    row = np.array(table.getRowAtIndex(0).to_numpy())
+    return dict(zip(table.getColumnLabels(), row, strict=True))
