@@ -44,6 +44,7 @@ class EffortCurve:
         q: (K, 7) postures (rad).
         effort: (K,) muscle effort; raised where no activation holds the posture.
         missing: (K,) greatest missing torque (N m).
+        activations: (K, M).
         unexplained: (K - 1, M) change of length between samples beyond what moment arms explain.
         n_evaluations: postures for which effort was computed.
     """
@@ -53,6 +54,7 @@ class EffortCurve:
     q: Float[np.ndarray, "samples 7"]
     effort: Float[np.ndarray, " samples"]
     missing: Float[np.ndarray, " samples"]
+    activations: Float[np.ndarray, "samples muscles"]
     unexplained: Float[np.ndarray, "gaps muscles"]
     n_evaluations: int
 
@@ -84,12 +86,13 @@ class _Sampler:
         self.arc = np.empty(0)
         self.q = np.empty((0, 7))
         self.effort, self.missing = np.empty(0), np.empty(0)
+        self.activations = np.empty((0, n_muscles))
         self.lengths, self.slopes = np.empty((0, n_muscles)), np.empty((0, n_muscles))
 
     def add(self, places: np.ndarray) -> None:
         """Compute effort at more places."""
         interval = self.interval
-        q = interval.at(places)
+        q, tangents = interval.at_with_tangent(places)
         problem = muscle_problem(self.model, q, self.options)
         activations, missing, _ = problem.solve(self.options)
         lack = np.abs(missing).max(axis=1)
@@ -101,8 +104,9 @@ class _Sampler:
             "q": q,
             "effort": effort,
             "missing": lack,
+            "activations": activations,
             "lengths": problem.lengths,
-            "slopes": problem.slopes(interval.tangent_at(places)),
+            "slopes": problem.slopes(tangents),
         }
         for name, new in merged.items():
             setattr(self, name, np.concatenate([getattr(self, name), new])[order])
@@ -148,6 +152,7 @@ def effort_curve(
         sampler.q,
         sampler.effort,
         sampler.missing,
+        sampler.activations,
         sampler.unexplained(),
         len(sampler.arc),
     )

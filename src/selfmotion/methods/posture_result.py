@@ -121,7 +121,7 @@ def local_minima(
     any_held = any(bool(curve.held.any()) for curve in curves)
     for number, curve in enumerate(curves):
         gaps = _jump_gaps(curve, tolerance)
-        swivel = curve.interval.swivel_at(curve.q)
+        swivel = curve.interval.swivel_near(curve.arc)
         for g in gaps:
             which = np.flatnonzero(curve.unexplained[g] > JUMP)
             names = tuple(muscles[m] for m in which)
@@ -152,7 +152,8 @@ def _jump_gaps(curve: EffortCurve, tolerance: float) -> np.ndarray:
 
 
 def _minimum(curve: EffortCurve, number: int, i: int, *, beside: bool, tied: bool) -> LocalMinimum:
-    swivel = curve.interval.swivel_at(curve.q)
+    swivel = curve.interval.swivel_near(curve.arc)
+    swivel[i] = curve.interval.swivel_at(curve.q[i : i + 1])[0]
     low, high = (_valley_end(swivel, curve.effort, i, step) for step in (-1, 1))
     at = ""
     if i == 0:

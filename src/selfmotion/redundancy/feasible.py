@@ -60,20 +60,25 @@ class FeasibleInterval:
 
     def at(self, arc: ArrayLike) -> Float[np.ndarray, "samples 7"]:
         """Give the postures at places along the curve, exactly on the hand pose."""
+        return self.at_with_tangent(arc)[0]
+
+    def at_with_tangent(
+        self, arc: ArrayLike
+    ) -> tuple[Float[np.ndarray, "samples 7"], Float[np.ndarray, "samples 7"]]:
+        """Give postures (rad) and unit tangents (rad/rad) at places along the curve."""
         s = np.clip(np.atleast_1d(np.asarray(arc, dtype=np.float64)), self.arc[0], self.arc[-1])
         q, t = hermite(self.arc, self.q, self.tangents, s)
-        wanted = np.einsum("kj,kj->k", q, t)
+        wanted = (q * t).sum(axis=1)
         guess = q.copy()
         good = pose_kernels.correct_many(self.path, q, t, wanted, self.T_hand)
         if not good.all():  # beside a singular posture, where the tangent turns within a step
             q[~good] = guess[~good]
             q[~good] = refine(self.arm, q[~good], self.T_hand).q
-        return np.clip(q, self.arm.lower, self.arm.upper)
+        return np.minimum(np.maximum(q, self.arm.lower), self.arm.upper), t
 
-    def tangent_at(self, arc: ArrayLike) -> Float[np.ndarray, "samples 7"]:
-        """Give unit tangents (rad/rad) at places along the curve."""
-        s = np.atleast_1d(np.asarray(arc, dtype=np.float64))
-        return hermite(self.arc, self.q, self.tangents, s)[1]
+    def swivel_near(self, arc: ArrayLike) -> Float[np.ndarray, " samples"]:
+        """Give the swivel angle (rad) at places along the curve, by lines between nodes."""
+        return np.interp(arc, self.arc, self.swivel)
 
     def swivel_at(self, q: Float[np.ndarray, "samples 7"]) -> Float[np.ndarray, " samples"]:
         """Give the swivel angle (rad) of postures of this interval, in line with its nodes."""
