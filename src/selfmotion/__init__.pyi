@@ -45,6 +45,27 @@ from selfmotion.redundancy.task import Position as Position
 from selfmotion.redundancy.task import RowMask as RowMask
 from selfmotion.redundancy.task import Task as Task
 
+# -- which joints a person prefers
+from selfmotion.methods.identification import IdentificationOptions as IdentificationOptions
+from selfmotion.methods.identification import MotionArrays as MotionArrays
+from selfmotion.methods.identification import identify_weights as identify_weights
+from selfmotion.methods.identification import (
+    identify_weights_from_arrays as identify_weights_from_arrays,
+)
+from selfmotion.methods.weight_estimate import WeightEstimate as WeightEstimate
+from selfmotion.methods.weight_series import estimate_each as estimate_each
+from selfmotion.methods.weight_series import weights_by_trial as weights_by_trial
+from selfmotion.methods.weight_series import weights_by_window as weights_by_window
+from selfmotion.methods.velocity_split import split as split
+from selfmotion.methods.velocity_split import velocity_bands as velocity_bands
+from selfmotion.methods.uncontrolled_manifold import manifold_variance as manifold_variance
+from selfmotion.methods.hotelling import compare_weights as compare_weights
+from selfmotion.methods.hotelling import hotelling_one_sample as hotelling_one_sample
+from selfmotion.methods.hotelling import hotelling_paired as hotelling_paired
+from selfmotion.methods.coordination import principal_components as principal_components
+from selfmotion.methods.coordination import relative_phase as relative_phase
+from selfmotion.methods.coordination import velocity_correlation as velocity_correlation
+
 # -- many at once
 from selfmotion.batch import Item as Item
 from selfmotion.batch import Outcome as Outcome
