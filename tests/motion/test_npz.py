@@ -16,7 +16,6 @@ from selfmotion.errors import FileFormatError, SelfmotionError
 from selfmotion.motion import Frame, Labels, Recording, Study
 from selfmotion.motion.files import load
 from selfmotion.motion.files.npz import read_npz, write_npz
-from selfmotion.motion.files.whole import write_whole
 
 K, M, N = 12, 3, 4
 # The folder is shared by all examples of a test: each overwrites its one file.
@@ -224,19 +223,18 @@ def test_differing_recordings_are_not_written(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path):
-    path = tmp_path / "kept.txt"
-    path.write_text("old")
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = write_npz(tmp_path / "kept.npz", people())
+    old = path.read_bytes()
 
-    def breaks(stream):
+    def breaks(stream, **fields):
         stream.write(b"ne")
         raise KeyboardInterrupt
 
+    monkeypatch.setattr(np, "savez", breaks)
     with pytest.raises(KeyboardInterrupt):
-        write_whole(path, breaks)
-    assert path.read_text() == "old" and os.listdir(tmp_path) == ["kept.txt"]
-    with pytest.raises(FileFormatError, match="cannot be written"):
-        write_whole(tmp_path / "absent" / "x", lambda stream: None)
+        write_npz(path, people())
+    assert path.read_bytes() == old and os.listdir(tmp_path) == ["kept.npz"]
 
 
 def test_reading_npz_needs_no_heavy_package(tmp_path):

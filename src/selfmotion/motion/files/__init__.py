@@ -1,26 +1,39 @@
-"""Readers of recorded motion, one file each; :func:`load` finds the right one."""
+"""Readers of recorded motion, one file each; :func:`load` and :func:`load_markers` find them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from selfmotion.errors import FileFormatError
+from selfmotion.motion.labels import UNKNOWN_FRAME, Frame
 
 if TYPE_CHECKING:
+    from selfmotion.motion.markers import MarkerSet
     from selfmotion.motion.recording import Study
 
-__all__ = ["load"]
+__all__ = ["load", "load_markers"]
 
+# Files of these names may hold joint motion, so that a folder of recordings is read by them.
 SUFFIXES = {".npz": "npz", ".mat": "mat", ".csv": "csv", ".tsv": "csv", ".txt": "csv"}
+SUFFIXES |= {".mot": "storage", ".sto": "storage", ".parquet": "parquet"}
+MARKER_SUFFIXES = {".c3d": "c3d", ".trc": "trc"}
+MARKER_FORMATS = ("c3d", "trc", "vicon")
 HDF5 = b"\x89HDF\r\n\x1a\n"
 # MATLAB writes a block of text of this size before the HDF5 part of a v7.3 file.
 USER_BLOCK = 512
+# A Vicon file may hold other sections before its trajectories; their header alone is looked at.
+START = 4096
 
 
-def load(path: str | Path) -> "Study":
-    """Read a file of recorded motion: .npz, .mat or .csv, told by its content, then its name.
+def load(path: str | Path, *, unit: Literal["rad", "deg"] | None = None) -> "Study":
+    """Read a file of joint motion: .npz, .mat, .csv, .mot, .sto, .parquet or Motion-BIDS.
 
-    Joint angles in CSV are radians unless a column's name ends in ``_deg``; for other units or a
-    rate in place of a time column call the format's own reader.
+    The format is told by the content, then by the name. Joint angles in CSV are radians unless a
+    column's name ends in ``_deg``; for a rate in place of a time column, or names of coordinates
+    that are lengths, call the format's own reader.
+
+    Args:
+        path: the file; of Motion-BIDS the ``*_motion.tsv``.
+        unit: unit of the angles, where a text file does not name it.
 
     Raises:
         SelfmotionError: one line that names file, row or field, value and what is allowed.
@@ -33,35 +46,154 @@ def load(path: str | Path) -> "Study":
         5
     """
     path = Path(path)
-    match _format(path):
-        case "npz":
-            from selfmotion.motion.files.npz import read_npz
+    kind = format_of(path)
+    if kind in MARKER_FORMATS:
+        raise FileFormatError(
+            f"{path}: holds markers, not joint angles: load_markers reads them, and `selfmotion "
+            "angles` makes angles of them"
+        )
+    if kind == "npz":
+        from selfmotion.motion.files.npz import read_npz
 
-            return read_npz(path)
-        case "mat":
-            from selfmotion.motion.files.mat import read_mat
+        return read_npz(path)
+    if kind == "mat":
+        from selfmotion.motion.files.mat import read_mat
 
-            return read_mat(path).study
-        case _:
-            from selfmotion.motion.files.angles_csv import read_angles_csv
+        return read_mat(path).study
+    if kind == "storage":
+        from selfmotion.motion.files.storage import read_mot
 
-            return read_angles_csv(path)
+        return read_mot(path, unit=unit)
+    if kind == "parquet":
+        from selfmotion.motion.files.parquet import read_parquet
+
+        return read_parquet(path)
+    if kind == "bids":
+        return _bids_angles(path)
+    from selfmotion.motion.files.angles_csv import read_angles_csv
+
+    return read_angles_csv(path, unit=unit)
 
 
-def _format(path: Path) -> str:
+def load_markers(
+    path: str | Path,
+    *,
+    unit: Literal["m", "cm", "mm"] | None = None,
+    frame: Frame | None = None,
+) -> "MarkerSet":
+    r"""Read a file of marker trajectories: C3D, TRC, Vicon Nexus CSV or Motion-BIDS.
+
+    Args:
+        path: the file; of Motion-BIDS the ``*_motion.tsv``.
+        unit: unit of length, where a C3D or TRC does not name it.
+        frame: the axes of the laboratory: C3D knows at most the up axis, TRC and Vicon's CSV none.
+
+    Raises:
+        SelfmotionError: one line that names file, row or field, value and what is allowed.
+
+    Example:
+        >>> import tempfile
+        >>> where = Path(tempfile.mkdtemp(), "reach.csv")
+        >>> _ = where.write_text("Trajectories\n100\n,,P1:STRN,,\nFrame,Sub Frame,X,Y,Z\n"
+        ...                      ",,mm,mm,mm\n1,0,1000,0,250\n")
+        >>> load_markers(where, frame=Frame(up="z", forward="y")).names
+        ('STRN',)
+    """
+    path = Path(path)
+    kind = format_of(path)
+    if kind == "c3d":
+        from selfmotion.motion.files.c3d import read_c3d
+
+        return read_c3d(path, unit=unit, frame=frame)
+    known = frame or UNKNOWN_FRAME
+    if kind == "trc":
+        from selfmotion.motion.files.trc import read_trc
+
+        return read_trc(path, unit=unit, frame=known)
+    if kind == "vicon":
+        from selfmotion.motion.files.vicon_csv import read_vicon_csv
+
+        return read_vicon_csv(path, frame=known)
+    if kind == "bids":
+        return _bids_markers(path, frame)
+    raise FileFormatError(
+        f"{path}: holds no marker trajectories; allowed are .c3d, .trc, Vicon Nexus .csv and "
+        "*_motion.tsv"
+    )
+
+
+def format_of(path: str | Path) -> str:
+    """Tell a file's format: npz, mat, csv, storage, parquet, bids, c3d, trc or vicon.
+
+    Raises:
+        FileFormatError: there is no such file, or its kind is not known.
+    """
+    path = Path(path)
     if not path.is_file():
         raise FileFormatError(f"{path}: no such file")
     try:
         with open(path, "rb") as stream:
-            start = stream.read(USER_BLOCK + len(HDF5))
+            start = stream.read(START)
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be opened ({error.strerror})") from None
-    if start.startswith(b"PK\x03\x04"):
+    if start.startswith(b"PK\x03\x04") and path.suffix.lower() != ".xlsx":
         return "npz"
-    if start.startswith((b"MATLAB", HDF5)) or start[USER_BLOCK:] == HDF5:
+    if start.startswith((b"MATLAB", HDF5)) or start[USER_BLOCK:].startswith(HDF5):
         return "mat"
+    if start.startswith(b"PAR1"):
+        return "parquet"
+    if path.name.endswith("_motion.tsv"):
+        return "bids"
+    return _by_text(path, start)
+
+
+def _by_text(path: Path, start: bytes) -> str:
+    encoding = "utf-16" if start[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    lines = start.decode(encoding, "replace").lower().splitlines()
+    words = {line.strip(' \t;,"') for line in lines}
+    if any("pathfiletype" in line for line in lines[:20]):
+        return "trc"
+    if "endheader" in words:
+        return "storage"
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        known = ", ".join(SUFFIXES)
-        raise FileFormatError(f"{path}: unknown kind of file {suffix!r}; allowed are {known}")
-    return SUFFIXES[suffix]
+    known = SUFFIXES | MARKER_SUFFIXES
+    if suffix not in known:
+        raise FileFormatError(
+            f"{path}: unknown kind of file {suffix!r}; allowed are {', '.join(known)}"
+        )
+    found = known[suffix]
+    if found == "csv" and any(_starts_vicon(line) for line in words):
+        return "vicon"
+    return found
+
+
+def _starts_vicon(line: str) -> bool:
+    """Tell whether a line is the title of a section of Vicon Nexus' CSV."""
+    return line in ("trajectories", "devices", "model outputs", "joints", "segments")
+
+
+def _bids_angles(path: Path) -> "Study":
+    from selfmotion.motion.files.bids import read_bids
+    from selfmotion.motion.recording import Study
+
+    found = read_bids(path)
+    if found.recording is None:
+        held = ", ".join([*found.units, *found.aside])
+        raise FileFormatError(f"{path}: no channel of type JNTANG (there are {held})")
+    return Study((found.recording,))
+
+
+def _bids_markers(path: Path, frame: Frame | None) -> "MarkerSet":
+    from dataclasses import replace
+
+    from selfmotion.motion.files.bids import read_bids
+
+    found = read_bids(path)
+    if found.markers is None:
+        held = ", ".join([*found.units, *found.aside])
+        raise FileFormatError(f"{path}: no channel of type POS (there are {held})")
+    if frame is None:
+        return found.markers
+    if found.markers.frame.known and found.markers.frame != frame:
+        raise FileFormatError(f"{path}: a frame was stated, but channels.json has another")
+    return replace(found.markers, frame=frame)

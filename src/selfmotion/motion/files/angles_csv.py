@@ -20,9 +20,9 @@ import numpy as np
 from selfmotion.errors import FileFormatError, RangeError, ShapeError
 from selfmotion.motion.files.arrays_to_study import RUN_NAMES, study_from_arrays
 from selfmotion.motion.files.table import Table, read_table
-from selfmotion.motion.files.whole import write_whole
 from selfmotion.motion.labels import LABEL_NAMES
 from selfmotion.motion.recording import Recording, Study
+from selfmotion.writing import write_whole
 
 AngleUnit = Literal["rad", "deg"]
 DEGREE = np.pi / 180.0
@@ -124,7 +124,7 @@ def write_angles_csv(
         for row in _written_values(recording, unit):
             cells = ["" if np.isnan(value) else repr(value) for value in row]
             out.writerow([*known, *cells])
-    return write_whole(path, lambda stream: stream.write(buffer.getvalue().encode()))
+    return write_whole(path, buffer.getvalue())
 
 
 def _written_names(recording: Recording, unit: AngleUnit) -> list[str]:

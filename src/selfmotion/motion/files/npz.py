@@ -13,9 +13,9 @@ import numpy as np
 
 from selfmotion.errors import FileFormatError, ShapeError
 from selfmotion.motion.files.arrays_to_study import require_whole_gaps, study_from_arrays
-from selfmotion.motion.files.whole import write_whole
 from selfmotion.motion.labels import LABEL_NAMES
 from selfmotion.motion.recording import FIELDS, Recording, Study
+from selfmotion.writing import whole_file
 
 
 def read_npz(path: str | Path) -> Study:
@@ -32,7 +32,7 @@ def read_npz(path: str | Path) -> Study:
         >>> [(r.labels.trial, r.n_samples, r.timed) for r in read_npz(where)]
         [('1', 3, False), ('2', 3, False)]
     """
-    arrays = _arrays(path)
+    arrays = npz_arrays(path)
     require_whole_gaps(str(path), arrays)
     return study_from_arrays(str(path), arrays)
 
@@ -42,7 +42,7 @@ def write_npz(path: str | Path, recordings: Study | Sequence[Recording]) -> Path
 
     Raises:
         ShapeError: the recordings differ in joints, rows, fields, frame or having a time.
-        FileFormatError: the file cannot be written.
+        OSError: the file cannot be written.
 
     Example:
         >>> import tempfile
@@ -68,7 +68,9 @@ def write_npz(path: str | Path, recordings: Study | Sequence[Recording]) -> Path
         fields["frame_up"] = np.array(first.frame.up)
         fields["frame_forward"] = np.array(first.frame.forward)
     fields = {k: v for k, v in fields.items() if v.size} | _label_fields(study)
-    return write_whole(path, lambda stream: np.savez(stream, allow_pickle=False, **fields))
+    with whole_file(path) as aside, open(aside, "wb") as stream:
+        np.savez(stream, allow_pickle=False, **fields)
+    return Path(path)
 
 
 def _label_fields(study: Study) -> dict[str, np.ndarray]:
@@ -84,8 +86,12 @@ def _label_fields(study: Study) -> dict[str, np.ndarray]:
     return fields
 
 
-def _arrays(path: str | Path) -> dict[str, np.ndarray]:
-    """Read every array of the archive; whatever is wrong with it becomes one line."""
+def npz_arrays(path: str | Path) -> dict[str, np.ndarray]:
+    """Read every array of an .npz archive by name; whatever is wrong with it becomes one line.
+
+    Raises:
+        FileFormatError: no archive, a damaged one, or one with Python objects in it.
+    """
     if not Path(path).is_file():
         raise FileFormatError(f"{path}: no such file")
     try:
