@@ -27,7 +27,11 @@ if TYPE_CHECKING:
 
 # Coordinates that rest by turns: shoulder elevation and elbow flexion ([Li2022] section III-B).
 RESTING = (1, 3)
-MAX_ITERATIONS = 60
+# Postures closer than this (rad) are the same.
+_SAME = 1e-6
+MAX_ITERATIONS = 40
+# Starts farther outside the limits (rad) or out of reach (sines) than this lead nowhere.
+MARGIN, OUT_OF_REACH = 0.6, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +94,9 @@ def hybrid_ik(
         relative: the arm's closed-form relative, if it is at hand.
 
     Returns:
-        The postures reached. Those that came from different branches of the closed form but are
-        the same posture stand once.
+        The postures reached from starts that are not far (`MARGIN`) outside the joint limits.
+        Those that came from different branches of the closed form but are the same posture stand
+        once.
 
     Raises:
         ModelError: the arm has not seven free coordinates, or a shoulder of an unknown kind.
@@ -121,7 +126,8 @@ def hybrid_ik(
     wanted = np.repeat(asked, N_BRANCHES)
     branch = np.tile(np.arange(N_BRANCHES), len(asked))
     starts, out = starts.reshape(-1, 7), out.ravel()
-    worth = out < 0.5
+    excess = np.maximum(arm.lower - starts, starts - arm.upper).max(axis=1)
+    worth = (out < OUT_OF_REACH) & (excess < MARGIN)
     turns = np.ones((len(RESTING), 7))
     turns[np.arange(len(RESTING)), list(RESTING)] = 0.0
     before = refine(arm, starts[worth], goals[0], max_iterations=0)
@@ -146,8 +152,7 @@ def hybrid_ik(
 def _repeated(q: np.ndarray, asked: np.ndarray) -> np.ndarray:
     """Tell which postures stand earlier already for the same swivel angle."""
     out = np.zeros(len(q), dtype=bool)
-    for value in np.unique(asked):
-        same = np.flatnonzero(asked == value)
-        for n, i in enumerate(same[1:], start=1):
-            out[i] = bool((np.abs(q[same[:n]] - q[i]).max(axis=1) < 1e-6).any())
+    for step in range(1, N_BRANCHES):  # starts of one swivel angle stand side by side
+        alike = np.abs(q[step:] - q[:-step]).max(axis=1) < _SAME
+        out[step:] |= alike & (asked[step:] == asked[:-step])
     return out

@@ -78,7 +78,7 @@ class FeasibleInterval:
 
     def swivel_near(self, arc: ArrayLike) -> Float[np.ndarray, " samples"]:
         """Give the swivel angle (rad) at places along the curve, by lines between nodes."""
-        return np.interp(arc, self.arc, self.swivel)
+        return np.interp(np.asarray(arc, dtype=np.float64), self.arc, self.swivel)
 
     def swivel_at(self, q: Float[np.ndarray, "samples 7"]) -> Float[np.ndarray, " samples"]:
         """Give the swivel angle (rad) of postures of this interval, in line with its nodes."""
