@@ -89,7 +89,17 @@ class WeightsDocument(
 
 CONTRACT = Contract(
     WeightsDocument,
-    ("weights", "examples/reach.csv", "--arm", "exoskeleton", "--per", "window", "--json"),
+    (
+        "weights",
+        "examples/reach.csv",
+        "--arm",
+        "exoskeleton",
+        "--per",
+        "window",
+        "--windows",
+        "2",
+        "--json",
+    ),
 )
 
 

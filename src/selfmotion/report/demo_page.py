@@ -70,14 +70,19 @@ def weights_section(shown: Demonstration) -> Section:
         c: tuple(np.exp(np.mean([np.log(p.weights[c]) for p in shown.made.people], axis=0)))
         for c in reaching.conditions
     }
-    over = sorted({r for r in reaching.weights["reason"] if r})
+    unknown = reaching.weights[reaching.weights["reason"] != ""]
+    counts = unknown.groupby(["joint", "reason"], sort=False).size()
+    everyone = len(shown.made.people) * len(reaching.conditions)
     return Section(
         "How costly each joint is",
         words=(
             "A weight is what it costs to move a joint for the hand; only ratios mean anything, "
             "and the dearest joint has weight 1.",
         ),
-        points=tuple(f"Not every weight can be known: {reason}." for reason in over[:3]),
+        points=tuple(
+            f"{words(str(joint))}: not identified in {count} of {everyone} cases ({reason})."
+            for (joint, reason), count in counts.items()  # pyright: ignore[reportGeneralTypeIssues]
+        ),
         pictures=(
             Picture(
                 weights_figure(reaching.weights, truth=centre),

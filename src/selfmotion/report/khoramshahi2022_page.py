@@ -46,7 +46,7 @@ def write_khoramshahi2022_report(path: str | Path, made: Reproduction) -> Path:
 
 def comparison_section(made: Reproduction) -> Section:
     """Show the published numbers beside ours, and our weights beside the authors'."""
-    tables = [Table(made.table.drop(columns=["unit"]), "Published numbers beside ours.")]
+    tables = [Table(made.table.drop(columns=["unit", "comparable"]), "Published numbers beside ours.")]
     if made.authors is not None:
         tables.append(Table(made.authors, "Weights of the authors beside ours (largest = 1)."))
     return Section(
