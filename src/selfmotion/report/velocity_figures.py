@@ -1,6 +1,6 @@
 """Pictures of joint velocities over a movement: conditions, task space, null space."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,7 +168,7 @@ def _widen(ax: Axes) -> None:
     ax.set_ylim(min(low, -LEAST_RANGE), max(high, LEAST_RANGE))
 
 
-def _progress(axes: Sequence[Axes]) -> None:
+def _progress(axes: Iterable[Axes]) -> None:
     for ax in axes:
         ax.set_xlim(0, 100)
         ax.set_xticks([0, 25, 50, 75, 100])
