@@ -22,6 +22,8 @@ COMMANDS = {
     "arms": "List the arms with their joints, limits and sources.",
     "weights": "Identify how costly each joint is, from recorded motion.",
     "split": "Part joint velocity into what moves the hand and what does not.",
+    "posture": "Find the natural posture for hand poses, by least muscle effort.",
+    "effort": "Compute the muscle effort that holds postures, or makes a movement.",
     "reproduce": "Compute a paper's numbers again and print them beside ours.",
     "cite": "Print how to cite the papers behind the results.",
 }
