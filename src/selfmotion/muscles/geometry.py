@@ -38,6 +38,10 @@ class MuscleGeometry(Protocol):
         """Give both, in one pass."""
         ...
 
+    def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
+        """Give the points of each path in the ground (m), for drawing one posture."""
+        ...
+
 
 class MuscleForces(Protocol):
     """Forces of the muscles along their tendons."""

@@ -106,6 +106,16 @@ class MujocoMuscles:
         arms = _project(jacobian, *w.sparsity, w.tendons, w.gear, w.joint_of_dof, derivative)
         return lengths[:, w.tendons] * w.gear, arms
 
+    def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
+        """Give the points of each muscle's path in the ground (m), for drawing one posture."""
+        m, w = self.model, self._work
+        w.data.qpos[w.qpos] = self.chain.coupling.value(q[None])[0]
+        mujoco.mj_kinematics(m, w.data)
+        mujoco.mj_tendon(m, w.data)
+        points = w.data.wrap_xpos.reshape(-1, 3)
+        first, count = w.data.ten_wrapadr[w.tendons], w.data.ten_wrapnum[w.tendons]
+        return [points[a : a + n].copy() for a, n in zip(first, count, strict=True)]
+
 
 @dataclass(frozen=True, eq=False)
 class _Work:

@@ -166,6 +166,22 @@ class OpensimMuscles:
                 arms[k, i] = total[self._slots] @ derivative[k]
         return lengths, arms
 
+    def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
+        """Give the points of each muscle's path in the ground (m), for drawing one posture."""
+        self.pose(self.coordinates.value(q[None])[0])
+        out = []
+        for path in self._paths:
+            points = path.getCurrentPath(self.state)
+            out.append(
+                np.array(
+                    [
+                        points.get(i).getLocationInGround(self.state).to_numpy().copy()
+                        for i in range(points.getSize())
+                    ]
+                )
+            )
+        return out
+
 
 def _muscle_set(model: Any) -> MuscleSet:
     muscles = [model.getMuscles().get(i) for i in range(model.getMuscles().getSize())]
