@@ -24,6 +24,7 @@ COMMANDS = {
     "split": "Part joint velocity into what moves the hand and what does not.",
     "posture": "Find the natural posture for hand poses, by least muscle effort.",
     "effort": "Compute the muscle effort that holds postures, or makes a movement.",
+    "ik": "Find postures inside the joint limits that bring the hand to targets.",
     "reproduce": "Compute a paper's numbers again and print them beside ours.",
     "cite": "Print how to cite the papers behind the results.",
 }

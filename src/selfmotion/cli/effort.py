@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
+from selfmotion.cli.models import load_muscles
 from selfmotion.cli.options import Jobs, Json, Out, Quiet, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
-from selfmotion.cli.posture import Convention, HandLoad, ModelName, load_model
+from selfmotion.cli.posture import Convention, HandLoad, ModelName
 from selfmotion.cli.tables import Name, Rows, read_rows
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -117,7 +118,7 @@ def model_of(choices: EffortChoices) -> "tuple[MusculoskeletalArm, EffortOptions
 
     from selfmotion.muscles.static_optimization import EffortOptions
 
-    model = load_model(choices.model, choices.convention)
+    model = load_muscles(choices.model, choices.convention)
     options = EffortOptions.of(model.convention)
     loads = (*options.loads, "passive") if choices.passive else options.loads
     return model, replace(

@@ -10,11 +10,11 @@ import typer
 
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
 from selfmotion.cli.frames import MODEL, FrameName, ground_from_file
+from selfmotion.cli.models import load_muscles
 from selfmotion.cli.options import Jobs, Json, Out, Quiet, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
 from selfmotion.cli.poses import transforms
 from selfmotion.cli.tables import Name, Rows, read_rows, with_unit_quaternions
-from selfmotion.errors import ModelError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from selfmotion.batch import Item, Outcome
     from selfmotion.methods.natural_posture import PostureFinder
     from selfmotion.methods.posture_result import NaturalPosture
-    from selfmotion.muscles.geometry import MusculoskeletalArm
     from selfmotion.redundancy.manifold import ManifoldFinder
 
 COLUMNS = ("id", "qx", "qy", "qz", "qw", "x", "y", "z")
@@ -187,22 +186,6 @@ def pose_items(rows: Rows, T: "np.ndarray", choices: PostureChoices) -> "list[It
     ]
 
 
-def load_model(name: str, convention: str | None) -> "MusculoskeletalArm":
-    """Load an arm with muscles.
-
-    Raises:
-        SelfmotionError: names the file and what is wrong with it.
-    """
-    from selfmotion.arms.with_muscles import load_musculoskeletal_arm
-
-    try:
-        return load_musculoskeletal_arm(name, convention=convention)
-    except ModelError as error:
-        if name in str(error):
-            raise
-        raise ModelError(f"{name}: {error}") from None
-
-
 @functools.lru_cache(maxsize=2)
 def posture_finder(choices: PostureChoices) -> "PostureFinder":
     """Load the model and make it ready."""
@@ -211,7 +194,7 @@ def posture_finder(choices: PostureChoices) -> "PostureFinder":
     from selfmotion.methods.natural_posture import PostureFinder, SearchOptions
     from selfmotion.muscles.static_optimization import EffortOptions
 
-    model = load_model(choices.model, choices.convention)
+    model = load_muscles(choices.model, choices.convention)
     effort = replace(EffortOptions.of(model.convention), hand_load=choices.hand_load)
     search = SearchOptions(search=choices.search, on_jump=choices.on_jump)
     return PostureFinder.of(model, effort=effort, search=search)
