@@ -1,0 +1,395 @@
+"""A person ready to be measured: an arm of the right size with markers on it.
+
+From a static trial, in which the bony landmarks were marked, and movements of the same person come
+the clusters, the functional joint centres, the trunk's frame, the segment lengths and the marker
+model of :mod:`selfmotion.capture.marker_ik`.
+
+The trunk's axes and the girdle's zero are those of rest, the first moments of the movements: in a
+static trial arms are often raised, and the shoulders with them. Without movements the static trial
+counts as rest. (Bones of the girdle carry no markers from which an anatomical zero could be taken.)
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from selfmotion.arrays import Transform
+from selfmotion.capture.joint_centres import JointCentre, Prior, functional_centre
+from selfmotion.capture.landmarks import Cluster, ClusterPose, cluster_from_static, fit_cluster
+from selfmotion.capture.marker_guides import attach_to_bodies, guide_model
+from selfmotion.capture.marker_ik import MarkerIk, MarkerModel, solve_marker_ik
+from selfmotion.capture.protocol import REACHING, Protocol
+from selfmotion.capture.scaling import SEGMENTS, place_shoulder, scale_arm, segment_lengths
+from selfmotion.capture.views import CENTRES, View, see_landmark
+from selfmotion.errors import NotFiniteError, RangeError
+from selfmotion.kinematics.arm import Arm
+from selfmotion.kinematics.chain import GROUND
+from selfmotion.kinematics.mirror import mirror
+from selfmotion.motion.filters import fill_gaps, low_pass
+from selfmotion.motion.labels import Frame
+from selfmotion.motion.markers import MarkerSet
+
+# Landmarks that lie across a segment, and the clusters that carry what is no joint centre.
+ACROSS = ("lateral_epicondyle", "medial_epicondyle", "radial_styloid", "ulnar_styloid")
+CARRIED_BY = dict.fromkeys(ACROSS[:2], "upper_arm") | dict.fromkeys(ACROSS[2:], "forearm")
+CARRIED_BY |= {"knuckle": "hand"}
+# What skin turns about a segment's axis counts less than a joint centre (weight 1).
+SKIN_WEIGHT = 0.3
+# Standard deviation of a landmark from its cluster's motion against the bone, where no movement
+# tells (m).
+UNKNOWN_SKIN = 0.01
+# Two views of a joint centre differ by about 10 mm, alike over half a second, so that 50 samples
+# count as one against the prior (m).
+VIEW_NOISE = 0.07
+# How often the landmarks are placed on the bodies, and in how many samples of the movements.
+PLACEMENTS, PLACEMENT_SAMPLES = 3, 200
+# Rest: the first of so many equal parts of a movement.
+REST_PART = 20
+# Distance between two trunk axes' markers below which they give no direction (m).
+LEAST_WIDTH = 0.05
+
+
+@dataclass(frozen=True)
+class CaptureOptions:
+    """How markers are made ready, and what the person's arm may do.
+
+    Attributes:
+        max_gap: longest gap that is bridged (s).
+        cutoff: of the zero-phase low-pass of all markers (Hz); None: none.
+        centres: ``"functional"`` (SCoRE), or ``"landmarks"``: middles between bony landmarks, and
+            the place below the acromion that the protocol states.
+    """
+
+    max_gap: float = 0.2
+    cutoff: float | None = 6.0
+    centres: str = "functional"
+
+    def __post_init__(self) -> None:
+        """Check the choice of centres."""
+        if self.centres not in ("functional", "landmarks"):
+            raise RangeError(f"centres = {self.centres!r}: allowed are functional, landmarks")
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One arm of one person, calibrated.
+
+    Attributes:
+        side: ``"right"`` or ``"left"``.
+        arm: the library's arm at this person's size; a left one is mirrored.
+        model: the arm with its markers, for the inverse kinematics.
+        clusters: segment to cluster.
+        views: landmark to the clusters that see it.
+        trunk: the trunk's frame in the trunk cluster's, (4, 4) m: right, forward, up at rest, the
+            origin at the sternoclavicular joint of this side.
+        centres: joint centre to how it was found; empty with ``centres="landmarks"``.
+        lengths: segment to length (m).
+        calibration: angles and errors in the samples with which landmarks were placed.
+        protocol: filled in for the side.
+        options: how markers are made ready.
+    """
+
+    side: str
+    arm: Arm
+    model: MarkerModel
+    clusters: Mapping[str, Cluster]
+    views: Mapping[str, tuple[View, ...]]
+    trunk: Transform
+    centres: Mapping[str, JointCentre]
+    lengths: Mapping[str, float]
+    calibration: MarkerIk
+    protocol: Protocol
+    options: CaptureOptions = field(default_factory=CaptureOptions)
+
+
+def calibrate_person(
+    arm: Arm,
+    static: MarkerSet,
+    movements: Sequence[MarkerSet],
+    *,
+    side: str = "right",
+    protocol: Protocol = REACHING,
+    options: CaptureOptions | None = None,
+) -> Person:
+    """Fit an arm to a person from a static trial and movements.
+
+    Args:
+        arm: a right arm of the library, as `upper_limb_anatomical` or `srs7`, with the joint
+            limits that shall hold.
+        static: in which all landmarks were seen.
+        movements: of the same person, for the functional centres and the segment lengths.
+        side: which arm was recorded; for the left one `arm` is mirrored.
+        protocol: which marker is what.
+        options: gap filling, filter, kind of joint centres.
+
+    Raises:
+        UnknownNameError: a marker or the side does not exist.
+        NotFiniteError: a landmark was not seen in the static trial, or too little of a movement.
+    """
+    chosen = options or CaptureOptions()
+    names = protocol.for_side(side)
+    still = prepare(static, names, replace(chosen, cutoff=None))
+    moving = [prepare(m, names, chosen) for m in movements]
+    at_rest = [m.window(0, _rest_samples(m)) for m in moving] or [still]
+    clusters = {
+        k: cluster_from_static(k, at_rest[0] if k == "trunk" else still, v)
+        for k, v in names.clusters.items()
+    }
+    scene = _Scene(
+        names,
+        clusters,
+        still,
+        {k: fit_cluster(c, still) for k, c in clusters.items()},
+        tuple({k: fit_cluster(c, m) for k, c in clusters.items()} for m in moving),
+    )
+    trunk = trunk_frame(clusters["trunk"], at_rest, names, side)
+    priors = _priors(scene, trunk)
+    centres: dict[str, JointCentre] = {}
+    if chosen.centres == "functional" and moving:
+        centres = {k: _centre(k, priors[k], scene.moving) for k in CENTRES}
+    views = _views(scene, centres, priors)
+    lengths = _lengths(views, scene)
+    seen = _landmarks_in_trunk(views, scene, trunk)
+    own, model, ik = _fit_arm(arm, side, lengths, seen, names.knuckle_radial)
+    return Person(side, own, model, clusters, views, trunk, centres, lengths, ik, names, chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """All trials of a person, with the clusters fitted to them.
+
+    Attributes:
+        names: the protocol, filled in for the side.
+        clusters: segment to cluster.
+        static: the static trial.
+        rest: segment to its poses in the static trial.
+        moving: the same for each movement.
+    """
+
+    names: Protocol
+    clusters: Mapping[str, Cluster]
+    static: MarkerSet
+    rest: Mapping[str, ClusterPose]
+    moving: tuple[Mapping[str, ClusterPose], ...]
+
+
+def prepare(markers: MarkerSet, protocol: Protocol, options: CaptureOptions) -> MarkerSet:
+    """Bridge short gaps, smooth, and turn into the axes right, forward, up.
+
+    Markers that the protocol does not name are left out.
+    """
+    wanted = {name for group in protocol.clusters.values() for name in group}
+    wanted |= {*protocol.landmarks.values(), *protocol.lateral}
+    known = markers if markers.frame.known else replace(markers, frame=protocol.frame)
+    part = known.select([name for name in known.names if name in wanted]).in_frame(Frame())
+    positions = part.positions
+    if part.n_samples > 1:
+        flat = positions.reshape(part.n_samples, -1)
+        if np.isnan(flat).any():
+            flat, _ = fill_gaps(flat, part.time, max_gap=options.max_gap)
+        rate = part.rate
+        if options.cutoff is not None and rate is not None:
+            flat = low_pass(flat, rate, options.cutoff)
+        positions = flat.reshape(positions.shape)
+    return replace(part, positions=positions)
+
+
+def trunk_frame(
+    cluster: Cluster, at_rest: Sequence[MarkerSet], names: Protocol, side: str
+) -> Transform:
+    """Give the trunk's frame in its cluster's from samples in which nothing moves.
+
+    Up is that of the laboratory; right is the level part of the line through the lateral markers.
+    """
+    out, forward, up = names.sternoclavicular
+    turns, origins = [], []
+    for still in at_rest:
+        pose = fit_cluster(cluster, still)
+        left, right, sternum = (
+            still.point(name) for name in (*names.lateral, names.landmarks["sternum"])
+        )
+        across = (right - left) * [1.0, 1.0, 0.0]
+        width = np.linalg.norm(across, axis=1, keepdims=True)
+        seen = np.isfinite(width[:, 0] + pose.residual + sternum[:, 0])
+        if seen.any() and np.nanmedian(width) < LEAST_WIDTH:
+            raise RangeError(
+                f"{still.name}: {' and '.join(names.lateral)} are {1e3 * np.nanmedian(width):.0f} "
+                f"mm apart, seen from above; at least {1e3 * LEAST_WIDTH:.0f} mm are needed to "
+                "tell right from left"
+            )
+        x = across[seen] / width[seen]
+        z = np.tile([0.0, 0.0, 1.0], (len(x), 1))
+        axes = np.stack([x, np.cross(z, x), z], axis=2)
+        turns.append(pose.rotation[seen].mT @ axes)
+        origin = sternum[seen] + axes @ [out if side == "right" else -out, forward, up]
+        origins.append(
+            np.einsum("kji,kj->ki", pose.rotation[seen], origin - pose.translation[seen])
+        )
+    if not sum(map(len, origins)):
+        raise NotFiniteError(
+            f"trunk: {', '.join(cluster.markers)} and {', '.join(names.lateral)} were never seen "
+            "together at rest"
+        )
+    T = np.eye(4)
+    T[:3, :3] = _mean_rotation(np.concatenate(turns))
+    T[:3, 3] = np.concatenate(origins).mean(axis=0)
+    return T
+
+
+def _priors(scene: _Scene, trunk: Transform) -> dict[str, Prior]:
+    """Say where the joint centres are thought to be from the bony landmarks."""
+    names = scene.names
+    mark = {k: _static_mean(scene.static, v) for k, v in names.landmarks.items()}
+    pose = scene.rest["trunk"]
+    axes = _mean_rotation(pose.rotation[np.isfinite(pose.residual)]) @ trunk[:3, :3]
+    out, forward, up = names.shoulder
+    sideways = axes[:, 0] * np.sign((mark["acromion"] - mark["sternum"]) @ axes[:, 0])
+    thought = {
+        "shoulder": mark["acromion"] + out * sideways + axes[:, 1:] @ [forward, up],
+        "elbow": 0.5 * (mark["lateral_epicondyle"] + mark["medial_epicondyle"]),
+        "wrist": 0.5 * (mark["radial_styloid"] + mark["ulnar_styloid"]),
+    }
+    priors = {}
+    for joint, pair in CENTRES.items():
+        path = np.tile(thought[joint], (scene.static.n_samples, 1))
+        first, second = (np.nanmean(scene.rest[k].bring_in(path), axis=0) for k in pair)
+        deviation = names.shoulder_deviation if joint == "shoulder" else names.limb_deviation
+        priors[joint] = Prior(first, second, deviation, noise=VIEW_NOISE)
+    return priors
+
+
+def _centre(joint: str, prior: Prior, poses: Sequence[Mapping[str, ClusterPose]]) -> JointCentre:
+    upper, lower = CENTRES[joint]
+    return functional_centre([p[upper] for p in poses], [p[lower] for p in poses], prior=prior)
+
+
+def _views(
+    scene: _Scene, centres: Mapping[str, JointCentre], priors: Mapping[str, Prior]
+) -> dict[str, tuple[View, ...]]:
+    """Say which cluster carries which landmark where, and how sure it is."""
+    noise = {k: _noise(k, [scene.rest, *scene.moving]) for k in scene.clusters}
+    views: dict[str, tuple[View, ...]] = {}
+    for joint, pair in CENTRES.items():
+        found = centres.get(joint) or priors[joint]
+        # Two clusters cannot tell which of them moved against the bones: they share it alike.
+        soft = found.residual / np.sqrt(6.0) if isinstance(found, JointCentre) else UNKNOWN_SKIN
+        places = (found.proximal, found.distal)
+        views[joint] = tuple(
+            View.of(scene.clusters[k], np.asarray(place, dtype=np.float64), noise[k], soft)
+            for k, place in zip(pair, places, strict=True)
+        )
+    for landmark, k in CARRIED_BY.items():
+        mean = _static_mean(scene.static, scene.names.landmarks[landmark])
+        path = np.tile(mean, (scene.static.n_samples, 1))
+        local = np.nanmean(scene.rest[k].bring_in(path), axis=0)
+        views[landmark] = (View.of(scene.clusters[k], local, noise[k], 0.0),)
+    return views
+
+
+def _noise(segment: str, poses: Sequence[Mapping[str, ClusterPose]]) -> float:
+    """Give the standard deviation of a marker's coordinate within its cluster (m)."""
+    residuals = np.concatenate([p[segment].residual for p in poses])
+    known = residuals[np.isfinite(residuals)]
+    return max(float(np.sqrt((known**2).mean() / 3.0)), 1e-4) if known.size else 1e-3
+
+
+def _lengths(views: Mapping[str, tuple[View, ...]], scene: _Scene) -> dict[str, float]:
+    """Give the median distances over all movements, or over the static trial without any."""
+    marks = ("shoulder", "elbow", "wrist", "knuckle")
+    paths = [
+        [see_landmark(views[k], pose).path for k in marks] for pose in scene.moving or [scene.rest]
+    ]
+    points = np.stack([np.concatenate(path) for path in zip(*paths, strict=True)])
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=2)
+    for segment, distance in zip(SEGMENTS, apart, strict=True):
+        if not np.isfinite(distance).any():
+            raise NotFiniteError(f"length of {segment}: its ends were never seen together")
+    return dict(zip(SEGMENTS, np.nanmedian(apart, axis=1).tolist(), strict=True))
+
+
+def _landmarks_in_trunk(
+    views: Mapping[str, tuple[View, ...]], scene: _Scene, trunk: Transform
+) -> list[dict[str, np.ndarray]]:
+    """Give the landmarks' paths in the trunk's frame, one entry a trial."""
+    return [
+        {
+            k: (pose["trunk"].bring_in(see_landmark(v, pose).path) - trunk[:3, 3]) @ trunk[:3, :3]
+            for k, v in views.items()
+        }
+        for pose in scene.moving or [scene.rest]
+    ]
+
+
+def _fit_arm(
+    arm: Arm,
+    side: str,
+    lengths: Mapping[str, float],
+    seen: Sequence[Mapping[str, np.ndarray]],
+    knuckle_radial: float,
+) -> tuple[Arm, MarkerModel, MarkerIk]:
+    """Scale the arm and fix the landmarks to its bodies where they are on average.
+
+    At first the guides say where they belong; angles found with them place the landmarks on the
+    bodies anew, and so on. Joint centres and the knuckle, which sets the wrist's zero, stay.
+    """
+    has = segment_lengths(arm)
+    along = float(np.sqrt(max(lengths["hand"] ** 2 - knuckle_radial**2, 1e-4)))
+    sizes = {**lengths, "hand": along}
+    own = scale_arm(arm, {k: v for k, v in sizes.items() if has[k] > 0.0})
+    if side == "left":
+        own = mirror(own)
+    turn = ground_from_trunk(own)
+    if own.tip("shoulder").joint == GROUND:  # no girdle: the ground goes with the shoulder
+        own = place_shoulder(own, np.zeros(3))
+        seen = [{k: v - paths["shoulder"] for k, v in paths.items()} for paths in seen]
+    else:
+        own = place_shoulder(own, turn @ _at_rest([paths["shoulder"] for paths in seen]))
+    sample = _sample({k: np.concatenate([paths[k] for paths in seen]) @ turn.T for k in seen[0]})
+    model = guide_model(own, side, sample, knuckle_radial)
+    for _ in range(PLACEMENTS):
+        found = solve_marker_ik(model, np.stack([sample[k] for k in model.markers], axis=1))
+        placed = attach_to_bodies(own, found.q, sample)
+        tips = {**model.tips, **{k: placed[k] for k in ACROSS}}
+        model = MarkerModel(own, tips, {k: SKIN_WEIGHT for k in ACROSS})
+    return own, model, solve_marker_ik(model, np.stack([sample[k] for k in model.markers], axis=1))
+
+
+def _at_rest(paths: Sequence[np.ndarray]) -> np.ndarray:
+    first = np.concatenate([path[: max(1, len(path) // REST_PART)] for path in paths])
+    found = np.nanmedian(first, axis=0)
+    if not np.isfinite(found).all():
+        raise NotFiniteError("shoulder: never seen with the trunk at the start of a movement")
+    return found
+
+
+def _sample(paths: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Take samples in which all landmarks are seen, evenly, at most `PLACEMENT_SAMPLES`."""
+    whole = np.flatnonzero(np.isfinite(np.stack(list(paths.values()))).all(axis=(0, 2)))
+    if not whole.size:
+        raise NotFiniteError(f"{', '.join(paths)}: never seen all together")
+    step = max(1, -(-len(whole) // PLACEMENT_SAMPLES))
+    return {k: path[whole[::step]] for k, path in paths.items()}
+
+
+def ground_from_trunk(arm: Arm) -> Float[np.ndarray, "3 3"]:
+    """Give the rotation from right, forward, up to the axes of the arm's ground frame."""
+    return np.stack([np.cross(arm.forward, arm.up), arm.forward, arm.up], axis=1)
+
+
+def _static_mean(static: MarkerSet, name: str) -> np.ndarray:
+    path = static.point(name)
+    if np.isnan(path).all():
+        raise NotFiniteError(f"{static.name}: marker {name} was not seen in the static trial")
+    return np.nanmean(path, axis=0)
+
+
+def _rest_samples(markers: MarkerSet) -> int:
+    return max(1, markers.n_samples // REST_PART)
+
+
+def _mean_rotation(rotations: Float[np.ndarray, "samples 3 3"]) -> Float[np.ndarray, "3 3"]:
+    U, _, Vt = np.linalg.svd(rotations.mean(axis=0))
+    U[:, 2] *= np.linalg.det(U @ Vt)
+    return U @ Vt
