@@ -33,6 +33,7 @@ def _opensim() -> Any:
         raise MissingExtraError(
             "an .osim model needs OpenSim: install the extra with pip install 'selfmotion[opensim]'"
         ) from None
+    opensim.Logger.removeFileSink()  # or it writes opensim.log where the user happens to be
     opensim.Logger.setLevelString("Off")
     return opensim
 
