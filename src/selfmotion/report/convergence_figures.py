@@ -23,7 +23,7 @@ from selfmotion.report.theme import (
 from selfmotion.studies.results import Convergence, NoiseSweep, Sweep
 
 # Perceptually even map for γ from 0 to 1; the ends are left out (too dark, too pale).
-GAMMA_MAP = ("viridis", 0.05, 0.9)
+GAMMA_MAP = ("viridis", 0.25, 0.92)
 GAMMA_TICKS = (0.05, 0.1, 0.2, 0.5, 1.0)
 NOISE_NAMES = {
     "projected": "noise projected (eq. 15)",

@@ -46,7 +46,8 @@ def write_khoramshahi2022_report(path: str | Path, made: Reproduction) -> Path:
 
 def comparison_section(made: Reproduction) -> Section:
     """Show the published numbers beside ours, and our weights beside the authors'."""
-    tables = [Table(made.table.drop(columns=["unit", "comparable"]), "Published numbers beside ours.")]
+    numbers = made.table.drop(columns=["unit", "comparable"])
+    tables = [Table(numbers, "Published numbers beside ours; `kind` says what may be compared.")]
     if made.authors is not None:
         tables.append(Table(made.authors, "Weights of the authors beside ours (largest = 1)."))
     return Section(

@@ -17,6 +17,7 @@ from selfmotion.motion.labels import Labels
 from selfmotion.provenance import Provenance
 from selfmotion.studies.numerical_examples import (
     EXAMPLE_1_GAMMA,
+    FIG_2_ITERATIONS,
     FIG_3_ITERATIONS,
     example_1,
     example_2,
@@ -44,6 +45,7 @@ from selfmotion.studies.screen_study import ScreenResult, analyse_screen, experi
 from selfmotion.studies.simulated_people import ReachingProtocol
 from selfmotion.studies.simulated_screen import ScreenProtocol
 from selfmotion.studies.velocity_profiles import IDENTIFIED, IDENTITY
+from selfmotion.studies.weight_tables import LONG_RUN, SHORT_RUN
 
 LAYOUTS = ("experiment 1", "experiment 2")
 # Iterations count as settled when the weights stay within this of their last value.
@@ -59,12 +61,18 @@ class Size:
     Attributes:
         repeats: data sets drawn for Fig 1; the paper's 100.
         sweep_repeats: data sets drawn for Fig 2 and for each level of noise.
+        iterations: of Algorithm 1 in Figs 2 and 3.
+        generated_iterations: of Algorithm 1 on generated people, for whom it is stopped early.
+        recorded_iterations: of Algorithm 1 on recorded people, at most.
         reaching: people and trials of experiment 1.
         screen: people and targets of experiment 2.
     """
 
     repeats: int = 100
     sweep_repeats: int = 5
+    iterations: tuple[int, int] = (FIG_2_ITERATIONS, FIG_3_ITERATIONS)
+    generated_iterations: int = SHORT_RUN
+    recorded_iterations: int = LONG_RUN
     reaching: ReachingProtocol = ReachingProtocol()
     screen: ScreenProtocol = ScreenProtocol()
 
@@ -117,18 +125,24 @@ def reproduce(
     s = size or Size()
     streams = np.random.default_rng(seed).spawn(5)
     fig1 = example_1(rng=streams[0], repeats=s.repeats)
-    fig2 = gamma_sweep(rng=streams[1], repeats=s.sweep_repeats)
-    fig3 = example_2()
+    fig2 = gamma_sweep(rng=streams[1], repeats=s.sweep_repeats, iterations=s.iterations[0])
+    fig3 = example_2(iterations=s.iterations[1])
     noise = noise_sweep(rng=streams[2], repeats=s.sweep_repeats)
     layout = data.layout if data is not None else "generated people"
     if data is not None and layout == "experiment 1":
-        reaching = analyse_reaching(data.study, rng=streams[3])
+        reaching = analyse_reaching(
+            data.study, rng=streams[3], paper_iterations=s.recorded_iterations
+        )
     else:
-        reaching = experiment_1(rng=streams[3], protocol=s.reaching)
+        reaching = experiment_1(
+            rng=streams[3], protocol=s.reaching, paper_iterations=s.generated_iterations
+        )
     if data is not None and layout == "experiment 2":
-        screen = analyse_screen(data.study)
+        screen = analyse_screen(data.study, paper_iterations=s.recorded_iterations)
     else:
-        screen = experiment_2(rng=streams[4], protocol=s.screen)
+        screen = experiment_2(
+            rng=streams[4], protocol=s.screen, paper_iterations=s.generated_iterations
+        )
     ours = (
         *_examples(fig1, fig2, fig3),
         *_experiment_1(reaching),
@@ -188,7 +202,7 @@ def _examples(fig1: Convergence, fig2: Sweep, fig3: Sweep) -> list[Ours]:
             TREND,
             "null-space motion read as 0.1 per sample, the only reading with this result",
         ),
-        Ours("example_2_high", high, TREND, f"after {FIG_3_ITERATIONS} iterations"),
+        Ours("example_2_high", high, TREND, f"after {len(fig3.runs[0].weights[0]) - 1} steps"),
         Ours(
             "example_2_threshold",
             (float(threshold),),
@@ -207,7 +221,12 @@ def _experiment_1(result: ReachingResult) -> list[Ours]:
         other = as_text(tuple(result.beta["paper"][condition]))
         note = f"{drawn}maximum likelihood, mean of people; Algorithm 1 as run: {other}"
         rows.append(Ours(key, tuple(result.beta["ml"][condition].tolist()), kind, note))
-    if result.test is not None:
+    if result.test is None:
+        note = "too few people whose weights are identified in both conditions"
+        unknown = (float("nan"),)
+        keys = ("hotelling_t2", "hotelling_f", "hotelling_p")
+        rows += [Ours(key, unknown, kind, note) for key in keys]
+    else:
         t = result.test
         note = f"{drawn}on log-ratios of maximum likelihood, {t.n_people} people"
         rows += [

@@ -63,27 +63,28 @@ def gamma_sweep(
     rng: np.random.Generator,
     repeats: int = 5,
     gammas: Sequence[float] = FIG_2_GAMMAS,
+    iterations: int = FIG_2_ITERATIONS,
 ) -> Sweep:
     """Run Algorithm 1 with different γ on the same random data (Fig 2)."""
     data = [random_samples(rng=rng, sigma=EXAMPLE_1_SIGMA) for _ in range(repeats)]
     runs = []
     for gamma in gammas:
-        histories = [paper_history(one, gamma, FIG_2_ITERATIONS) for one in data]
+        histories = [paper_history(one, gamma, iterations) for one in data]
         truth = np.array(EXAMPLE_1_WEIGHTS)
         runs.append(Convergence(f"γ = {gamma:g}", np.array(histories), truth))
     return Sweep(tuple(gammas), tuple(runs))
 
 
-def example_2(*, gammas: Sequence[float] = FIG_3_GAMMAS) -> Sweep:
+def example_2(
+    *, gammas: Sequence[float] = FIG_3_GAMMAS, iterations: int = FIG_3_ITERATIONS
+) -> Sweep:
     """Run Algorithm 1 with different γ on two joints with a busy null space (Fig 3).
 
     The last run has the paper's schedule, γ ← γ + 0.6(1 - γ) from 0.6 on.
     """
     recording, truth = two_joint_run(), np.array(EXAMPLE_2_WEIGHTS)
     runs = [
-        Convergence(
-            f"γ = {gamma:g}", paper_history(recording, gamma, FIG_3_ITERATIONS)[None], truth
-        )
+        Convergence(f"γ = {gamma:g}", paper_history(recording, gamma, iterations)[None], truth)
         for gamma in gammas
     ]
     scheduled = identify_weights(
@@ -91,9 +92,9 @@ def example_2(*, gammas: Sequence[float] = FIG_3_GAMMAS) -> Sweep:
         method="paper",
         null_ratio=SCHEDULE_START,
         null_schedule="printed",
-        options=_options(FIG_3_ITERATIONS),
+        options=_options(iterations),
     )
-    history = _padded(scheduled.history, FIG_3_ITERATIONS)
+    history = _padded(scheduled.history, iterations)
     runs.append(Convergence("γ rises from 0.6", history[None], truth))
     return Sweep((*gammas, float("nan")), tuple(runs))
 

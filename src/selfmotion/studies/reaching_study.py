@@ -74,12 +74,15 @@ class ReachingResult:
 
 
 def experiment_1(
-    *, rng: np.random.Generator, protocol: ReachingProtocol | None = None
+    *,
+    rng: np.random.Generator,
+    protocol: ReachingProtocol | None = None,
+    paper_iterations: int = SHORT_RUN,
 ) -> ReachingResult:
     """Generate people who reach, and analyse them as the paper does."""
     made = simulate_reaching(protocol, rng=rng)
     truth = {(p.name, c): w for p in made.people for c, w in p.weights.items()}
-    return analyse_reaching(made.study, truth=truth, rng=rng)
+    return analyse_reaching(made.study, truth=truth, rng=rng, paper_iterations=paper_iterations)
 
 
 def analyse_reaching(
@@ -88,6 +91,7 @@ def analyse_reaching(
     rng: np.random.Generator,
     truth: Mapping[Key, Float[np.ndarray, " joints"]] | None = None,
     methods: Sequence[Method] = ("ml", "paper", "feedback"),
+    paper_iterations: int = LONG_RUN,
 ) -> ReachingResult:
     """Identify weights for each person and condition, test the conditions, split velocities.
 
@@ -96,6 +100,7 @@ def analyse_reaching(
         rng: source of randomness of the permutation check.
         truth: true weights of generated people.
         methods: the estimators, ``ml`` among them.
+        paper_iterations: where Algorithm 1 is stopped at the latest.
 
     Raises:
         ShapeError: the recordings do not have two conditions and at least three joints.
@@ -106,9 +111,9 @@ def analyse_reaching(
             f"experiment 1: {len(conditions)} condition(s) and {len(study.joints)} joint(s); "
             "two conditions and at least 3 joints are needed"
         )
-    limit = SHORT_RUN if truth else LONG_RUN
     estimates = {
-        m: identify_each(study, method=m, null_ratio=GAMMA, paper_iterations=limit) for m in methods
+        m: identify_each(study, method=m, null_ratio=GAMMA, paper_iterations=paper_iterations)
+        for m in methods
     }
     tables = {m: weight_table(one) for m, one in estimates.items()}
     full = {key: e.full_weights for key, e in estimates["ml"].items()}

@@ -67,36 +67,43 @@ class ScreenResult:
 
 
 def experiment_2(
-    *, rng: np.random.Generator, protocol: ScreenProtocol | None = None
+    *,
+    rng: np.random.Generator,
+    protocol: ScreenProtocol | None = None,
+    paper_iterations: int = SHORT_RUN,
 ) -> ScreenResult:
     """Generate people at the screen, and analyse them as the paper does."""
     made = simulate_screen(hip_shoulder_elbow(), protocol, rng=rng)
     people = [str(s) for s in made.study.values("subject")]
     truth = {(name, FREE_CONDITION): w for name, w in zip(people, made.weights, strict=True)}
-    result = analyse_screen(made.study, truth=truth)
+    result = analyse_screen(made.study, truth=truth, paper_iterations=paper_iterations)
     names = result.conditions
     miss = {name: float(np.median(row)) for name, row in zip(names, made.miss, strict=True)}
     return replace(result, miss=miss)
 
 
 def analyse_screen(
-    study: Study, *, truth: Mapping[Key, Float[np.ndarray, " joints"]] | None = None
+    study: Study,
+    *,
+    truth: Mapping[Key, Float[np.ndarray, " joints"]] | None = None,
+    paper_iterations: int = LONG_RUN,
 ) -> ScreenResult:
     """Identify weights for each person and condition.
 
     Args:
         study: recordings with q, qd and jacobian, labelled by subject and condition.
         truth: true weights of generated people.
+        paper_iterations: where Algorithm 1 is stopped at the latest.
 
     Raises:
         ShapeError: the chain does not have three joints.
     """
     if len(study.joints) != 3:
         raise ShapeError(f"experiment 2: {len(study.joints)} joints; the chain has 3")
-    limit = SHORT_RUN if truth else LONG_RUN
     methods: tuple[Method, ...] = ("ml", "paper", "feedback")
     estimates = {
-        m: identify_each(study, method=m, null_ratio=GAMMA, paper_iterations=limit) for m in methods
+        m: identify_each(study, method=m, null_ratio=GAMMA, paper_iterations=paper_iterations)
+        for m in methods
     }
     tables = {m: weight_table(one) for m, one in estimates.items()}
     ratios = ((2, 0), (1, 0))

@@ -189,7 +189,11 @@ def _integrate(
     for k in range(len(hand)):
         q[k] = posture
         qd[k], J[k] = law.velocity(posture, hand[k], noise[k])
-        middle, _ = law.velocity(posture + 0.5 * step * qd[k], hand[k], noise[k])
+        after = min(k + 1, len(hand) - 1)
+        halfway = posture + 0.5 * step * qd[k]
+        middle, _ = law.velocity(
+            halfway, 0.5 * (hand[k] + hand[after]), 0.5 * (noise[k] + noise[after])
+        )
         posture = posture + step * middle
     return q, qd, J
 
