@@ -110,6 +110,7 @@ def planning(n):
     print(f"{n} wrist movements of {N_STEPS} steps: {ours:.3f} s on {threads} threads", end="")
     print(f", {single:.3f} s on one")
     print(f"{'':34}{'µs a movement':>14}{'ratio':>8}{'error (rad)':>13}")
+    assert planned is not None
     error = np.abs(planned.q[:few] - exact).max()
     off = np.abs(found - exact).max()
     rows = (
@@ -146,6 +147,7 @@ def donders(n):
     q = found.q[found.least]
     q = q + rng.normal(0.0, np.radians(0.5), q.shape)
     seconds, fit = best_of(3, lambda: fit_elasticity(q))
+    assert fit is not None
     worst = np.abs((fit.stiffness - law.stiffness) / fit.stiffness_stderr).max()
     print(f"Donders fit of {len(q)} postures: {seconds:.3f} s, ", end="")
     print(f"largest error of the stiffness {worst:.1f} standard errors")

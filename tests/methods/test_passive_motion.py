@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
-from selfmotion.arms import hip_shoulder_elbow, planar, srs7, upper_limb, wrist
+from selfmotion.arms import hip_shoulder_elbow, load_arm, planar, srs7, upper_limb, wrist
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError, UnknownNameError
 from selfmotion.methods.passive_motion import (
     JointLaw,
@@ -15,7 +15,7 @@ from selfmotion.methods.passive_motion import (
     plan_sequence,
 )
 from selfmotion.methods.passive_motion_tasks import arm_of, whole_task
-from selfmotion.methods.potentials import GravityPotential, JointLimitPotential
+from selfmotion.methods.potentials import EffortPotential, GravityPotential, JointLimitPotential
 from selfmotion.methods.task_planners import (
     ForceField,
     MinimumJerk,
@@ -318,6 +318,19 @@ def test_a_force_field_that_is_the_spring_moves_like_the_spring():
     one = plan(task, law, law.rest, TARGETS, PlanSettings(spring=22.5, planner=TargetSpring()))
     two = plan(task, law, law.rest, TARGETS, PlanSettings(planner=field))
     np.testing.assert_allclose(one.q, two.q, atol=5e-6)
+
+
+def test_a_musculoskeletal_arm_with_an_effort_follows_eq_5():
+    arm = load_arm("myoarm")
+    task, law = Position(arm), JointLaw(np.eye(arm.n_joints), arm.middle())
+    effort = EffortPotential(lambda q: (np.sin(q).sum(axis=1)) ** 2, scale=0.5)
+    target = task.value(law.rest)[0] + [0.03, 0.04, 0.0]
+    settings = PlanSettings(spring=50.0, potentials=(effort,), n_steps=10, tolerance=1e-6)
+    motion = plan(task, law, law.rest, target, settings)
+    assert motion.status.ok
+    B = task_damping(task, law, motion.q[0])
+    pull = growth(motion.time, 0.08)[:, None] * 50.0 * (target - motion.x[0])
+    np.testing.assert_allclose(np.einsum("kab,kb->ka", B, motion.xd[0]), pull, atol=1e-7)
 
 
 def test_targets_out_of_reach_say_so():

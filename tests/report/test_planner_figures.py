@@ -54,7 +54,8 @@ def test_paths_have_a_panel_a_person(compared):
 
 def test_net_areas_are_those_of_the_tests(compared):
     figure = net_area_figure(compared)
-    bars = [bar.get_height() for bar in figure.axes[1].patches]
+    # The path of a bar is a unit square under the transform of its corners.
+    bars = [bar.get_patch_transform().get_matrix()[1, 1] for bar in figure.axes[1].patches]
     np.testing.assert_allclose(bars[:8], compared.model_tests.mean[8:])
     np.testing.assert_allclose(bars[8:], compared.model_tests.against[8:])
     assert drawn(figure)

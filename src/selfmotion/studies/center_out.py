@@ -55,12 +55,15 @@ class CenterOut:
         n_trials: trials a person; each has 16 movements.
         duration: of a movement (s).
         rate: sampling rate (Hz).
+        time_share: both time constants as a share of the duration (the paper's fifth); None: as
+            the law has them.
         settings: model and spring of the planner.
     """
 
     n_trials: int = 10
     duration: float = 0.4
     rate: float = 120.0
+    time_share: float | None = 0.2
     settings: PlanSettings = PlanSettings()
 
     def __post_init__(self) -> None:
@@ -69,15 +72,17 @@ class CenterOut:
             raise RangeError(f"n_trials = {self.n_trials}: at least 2, so that there is a spread")
         if not (self.duration > 0.0 and self.rate > 0.0):
             raise RangeError(f"duration = {self.duration:g} s, rate = {self.rate:g} Hz: above 0")
+        if self.time_share is not None and not self.time_share > 0.0:
+            raise RangeError(f"time_share = {self.time_share:g}: must be above 0")
 
     def paced(self, law: JointLaw, n_steps: int | None = None) -> tuple[JointLaw, PlanSettings]:
-        """Give law and settings with both time constants a fifth of the duration, as printed."""
-        tau = self.duration / 5.0
+        """Give law and settings with the time constants and steps of the protocol."""
         steps = max(20, round(self.duration * self.rate)) if n_steps is None else n_steps
-        return (
-            replace(law, damping_time=tau, spring_time=tau),
-            replace(self.settings, duration=self.duration, n_steps=steps),
-        )
+        settings = replace(self.settings, duration=self.duration, n_steps=steps)
+        if self.time_share is None:
+            return law, settings
+        tau = self.time_share * self.duration
+        return replace(law, damping_time=tau, spring_time=tau), settings
 
 
 def target_places() -> Float[np.ndarray, "8 2"]:
