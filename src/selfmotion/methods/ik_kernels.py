@@ -39,7 +39,11 @@ DAMPING, LEAST_DAMPING = 1e-2, 1e-9
 LONGEST_STEP = 1.2
 # The posture is the nearest one when the squared gradient is below this part of the squared
 # error, or when this many steps in a row leave more than this part of it.
-STATIONARY, SLOW, SLOW_STEPS = 1e-6, 0.9, 3
+STATIONARY, SLOW_STEPS = 1e-6, 2
+# That part for a start among many, and for the last word on a target out of reach.
+HASTY, PATIENT = 0.6, 0.98
+# Restarts from the nearest seeds; after them, so many seeds are passed over at each restart.
+NEAREST_FIRST, SKIPPED = 6, 2
 
 
 @njit(**DRIVER)
@@ -465,7 +469,7 @@ def bounded_step(model, rows, q, damping, w):
 
 
 @njit(**KERNEL)
-def descend(model, rows, position, rotation, angles, options, q, w):
+def descend(model, rows, position, rotation, angles, options, slow_part, q, w):
     """Move q to the target, or to the nearest posture; give errors, evaluations and success."""
     lower, upper, step, trial, error, rest = (
         model.lower,
@@ -510,7 +514,7 @@ def descend(model, rows, position, rotation, angles, options, q, w):
             factor = 10.0 * factor
             for r in range(m):
                 error[r] = rest[r]
-        slow = slow + 1 if cost_new > SLOW * cost else 0
+        slow = slow + 1 if cost_new > slow_part * cost else 0
         near, turned, cost = near_new, turned_new, cost_new
         factor = max(0.1 * factor, 1e-3)
         for j in range(n):
@@ -551,6 +555,16 @@ def _score_seeds(rows, seeds, position, rotation, angles, scores, w):
 
 
 @njit(**KERNEL)
+def _next_seed(scores):
+    """Give the place of the least score."""
+    pick = 0
+    for i in range(scores.shape[0]):
+        if scores[i] < scores[pick]:
+            pick = i
+    return pick
+
+
+@njit(**KERNEL)
 def solve_one(model, rows, goals, k, seeds, options, start, best, scores, w):
     """Solve target k from `start`, then from seeds; fill `best`.
 
@@ -560,6 +574,7 @@ def solve_one(model, rows, goals, k, seeds, options, start, best, scores, w):
     q = w.q
     evaluations, best_cost, near, turned = 0, np.inf, np.inf, np.inf
     cell = -1
+    patience = HASTY if options.restarts > 0 else PATIENT
     for attempt in range(options.restarts + 1):
         if attempt == 0 and not options.seed_first:
             for j in range(q.shape[0]):
@@ -567,16 +582,18 @@ def solve_one(model, rows, goals, k, seeds, options, start, best, scores, w):
         else:
             if cell < 0:
                 cell = _score_seeds(rows, seeds, position, rotation, angles, scores, w)
-            pick = 0
-            for i in range(scores.shape[0]):
-                if scores[i] < scores[pick]:
-                    pick = i
+            pick = _next_seed(scores)
             if scores[pick] == np.inf:
                 break
             for j in range(q.shape[0]):
                 q[j] = seeds.q[seeds.cells[cell, pick], j]
             scores[pick] = np.inf
-        e, t, n_done, solved = descend(model, rows, position, rotation, angles, options, q, w)
+            if attempt >= NEAREST_FIRST:  # then further apart, to meet other ways of reaching
+                for _ in range(SKIPPED):
+                    scores[_next_seed(scores)] = np.inf
+        e, t, n_done, solved = descend(
+            model, rows, position, rotation, angles, options, patience, q, w
+        )
         evaluations += n_done
         cost = e + rows.scale**2 * t
         if cost < best_cost or solved:
@@ -585,6 +602,11 @@ def solve_one(model, rows, goals, k, seeds, options, start, best, scores, w):
                 best[j] = q[j]
         if solved:
             return near, turned, evaluations, attempt, True
+    if options.restarts > 0:
+        near, turned, n_done, solved = descend(
+            model, rows, position, rotation, angles, options, PATIENT, best, w
+        )
+        return near, turned, evaluations + n_done, options.restarts, solved
     return near, turned, evaluations, options.restarts, False
 
 

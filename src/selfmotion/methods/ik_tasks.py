@@ -153,7 +153,9 @@ class HandRows:
         """
         array = as_float_array("target", target)
         require_finite("target", array)
-        if array.shape[-2:] == (4, 4) and array.ndim in (2, 3):
+        # Four samples of four rows are rows; a single frame is then asked for as (1, 4, 4).
+        one_frame = array.shape == (4, 4) and len(self.rows) != 4
+        if one_frame or (array.ndim == 3 and array.shape[1:] == (4, 4)):
             T = array.reshape(-1, 4, 4)
             angles = roll_pitch_yaw(T[:, :3, :3])
             return ik_arrays.Goals(T[:, :3, 3].copy(), T[:, :3, :3].copy(), angles)

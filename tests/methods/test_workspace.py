@@ -1,0 +1,143 @@
+"""Reach screen and workspace: known volumes, independent decisions, containment."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from selfmotion.arms import load_arm
+from selfmotion.errors import RangeError
+from selfmotion.kinematics.arm import Arm, weightless
+from selfmotion.kinematics.chain import Chain, Tip
+from selfmotion.kinematics.fast_position import positions
+from selfmotion.kinematics.forward import forward_kinematics
+from selfmotion.methods.ik_tasks import HandRows
+from selfmotion.methods.reach_screen import reach_screen
+from selfmotion.methods.workspace import WorkspaceOptions, workspace
+from selfmotion.redundancy.task import Position
+from selfmotion.spatial import transform
+
+XYZ = ("x", "y", "z")
+BRACE = {"elbow_flexion": (np.deg2rad(64.2), np.deg2rad(114.0))}
+
+
+def telescope(inner: float = 0.3, outer: float = 0.5) -> Arm:
+    """Two turns and a slide: the hand fills a shell between two spheres, all the way round."""
+    names = ("turn", "lift", "slide")
+    lower, upper = np.array([-np.pi, -np.pi / 2, inner]), np.array([np.pi, np.pi / 2, outer])
+    axes = np.array([[0.0, 0, 1], [0, 1, 0], [1, 0, 0]])
+    chain = Chain(
+        names,
+        np.array([-1, 0, 1]),
+        np.array([0, 0, 1]),
+        axes,
+        np.stack([np.eye(4)] * 3),
+        lower,
+        upper,
+    )
+    marks = {name: Tip(2, transform()) for name in ("shoulder", "elbow", "wrist", "hand")}
+    none = weightless(3)
+    return Arm("telescope", chain, marks, {}, none["mass"], none["com"], none["inertia"])
+
+
+def test_volume_of_a_shell():
+    found = workspace(telescope(), options=WorkspaceOptions(n_points=1024, shifts=4))
+    true = 4 / 3 * np.pi * (0.5**3 - 0.3**3)
+    free = found.regions["free"]
+    assert free.volume == pytest.approx(true, abs=4 * free.standard_error + 1e-3 * true)
+    assert free.standard_error < 0.01 * true
+    # The hull fills the hollow core.
+    assert found.hull_volume() == pytest.approx(4 / 3 * np.pi * 0.5**3, rel=0.02)
+
+
+def test_area_of_a_slice_of_a_shell():
+    options = WorkspaceOptions(n_points=64, shifts=4, slice_points=512)
+    found = workspace(telescope(), heights=[0.0, 0.4], options=options)
+    (ring, e0), (disc, e1) = (s.area() for s in found.slices)
+    assert ring == pytest.approx(np.pi * (0.5**2 - 0.3**2), abs=4 * e0 + 2e-3)
+    assert disc == pytest.approx(np.pi * (0.5**2 - 0.4**2), abs=4 * e1 + 2e-3)
+
+
+def test_limited_lies_inside_free_and_the_lost_region_is_the_rest():
+    arm = load_arm("upper_limb")
+    options = WorkspaceOptions(n_points=256, shifts=4)
+    found = workspace(arm, limited=arm.with_limits(BRACE), heights=[0.0], options=options)
+    free, limited, lost = (found.regions[name] for name in ("free", "limited", "lost"))
+    assert found.hull_volume() > 0.98 * free.volume - 3 * free.standard_error
+    assert not (limited.inside & ~free.inside).any()
+    np.testing.assert_array_equal(lost.inside, free.inside & ~limited.inside)
+    assert lost.volume == pytest.approx(free.volume - limited.volume)
+    hand = forward_kinematics(arm.chain, found.q[free.inside], arm.tip("hand"))[:, :3, 3]
+    np.testing.assert_allclose(hand, free.points[free.inside], atol=1.1e-5)
+    assert found.hull_volume("limited") > limited.volume
+    assert "is lost, where help is needed" in found.summary()
+    assert set(found.to_frame()["region"]) == {"free", "limited", "lost"}
+    assert len(found.slices_frame()) == 3
+
+
+def test_no_dependence_on_the_seed_beyond_the_error():
+    arm, options = load_arm("upper_limb"), WorkspaceOptions(n_points=256, shifts=8)
+    regions = [
+        workspace(arm, options=options, rng=np.random.default_rng(seed)).regions["free"]
+        for seed in (1, 2)
+    ]
+    error = np.hypot(regions[0].standard_error, regions[1].standard_error)
+    assert abs(regions[0].volume - regions[1].volume) < 4 * error
+
+
+def test_no_reachable_point_is_refused():
+    arm, rng = load_arm("upper_limb").with_limits(BRACE), np.random.default_rng(3)
+    screen = reach_screen(HandRows(arm, XYZ), n_points=1024)
+    points = positions(arm.chain, arm.random_postures(100_000, rng), arm.tip("hand"))
+    assert not screen.refuses(points).any()
+    assert screen.decide(points[:2000]).reachable.all()
+
+
+def test_decisions_agree_with_bounded_least_squares():
+    """SciPy's trust-region solver, from many starts, on points of the box."""
+    arm, rng = load_arm("upper_limb"), np.random.default_rng(4)
+    task = Position(arm)
+    screen = reach_screen(HandRows(arm, XYZ), n_points=512)
+    points = rng.uniform(screen.low, screen.high, (40, 3))
+
+    box = (arm.lower, arm.upper)
+
+    def missing(q, x):
+        return task.error(q, x)[0]
+
+    def slope(q, x):
+        return -task.jacobian(q)[0]
+
+    reach = screen.decide(points)
+    for point, reachable in zip(points, reach.reachable, strict=True):
+        nearest = np.inf
+        for start in arm.random_postures(12, rng):
+            fit = least_squares(missing, start, jac=slope, bounds=box, args=(point,))  # pyright: ignore
+            nearest = min(nearest, np.linalg.norm(fit.fun))
+            if nearest < 1e-4:
+                break
+        assert reachable == (nearest < 1e-4) or nearest < 1e-3
+
+
+def test_blocked_space_does_not_count():
+    options = WorkspaceOptions(n_points=512, shifts=4)
+    whole = workspace(telescope(), options=options).regions["free"]
+    half = workspace(telescope(), options=options, blocked=lambda x: x[:, 2] < 0).regions["free"]
+    assert half.volume == pytest.approx(whole.volume / 2, rel=0.03)
+    assert (half.points[half.inside, 2] >= 0).all()
+
+
+def test_bad_input():
+    arm = load_arm("upper_limb")
+    wide = arm.with_limits({"elbow_flexion": (0.0, 2.0)})
+    with pytest.raises(RangeError, match="elbow_flexion 0 to 114.6 degrees: allowed is within"):
+        workspace(arm, limited=wide)
+    with pytest.raises(RangeError, match="the body blocks all of it"):
+        workspace(
+            telescope(),
+            options=WorkspaceOptions(n_points=64, shifts=2),
+            blocked=lambda x: np.ones(len(x), dtype=np.bool_),
+        )
+    with pytest.raises(RangeError, match="needs x, y and z held"):
+        reach_screen(HandRows(arm, ("x", "y")))
+    with pytest.raises(RangeError, match="shifts = 1"):
+        WorkspaceOptions(shifts=1)
