@@ -113,12 +113,9 @@ def test_a_brute_force_sweep_finds_no_posture_outside_the_intervals():
         swivel = np.deg2rad(np.arange(-180, 180, 0.5))
         found, out = relative.postures(T, swivel)
         inside = (found > arm.lower + 0.01).all(axis=2) & (found < arm.upper - 0.01).all(axis=2)
+        places = [i.at(np.linspace(0, i.arc[-1], 600)) for i in manifold.intervals]
         for posture in found[inside & (out < 1e-12)]:
-            near = [
-                np.abs(i.at(np.linspace(0, i.arc[-1], 600)) - posture).max(axis=1).min()
-                for i in manifold.intervals
-            ]
-            assert min(near) < 0.02
+            assert min(np.abs(q - posture).max(axis=1).min() for q in places) < 0.02
 
 
 def test_an_excluded_body_cuts_intervals_where_it_begins():
@@ -156,3 +153,50 @@ def test_bad_input_is_refused_in_one_line():
     with pytest.raises(RangeError, match="has length 2"):
         pose_from_quaternion([0, 0, 0, 2], [0, 0, 0])
     assert pose_from_quaternion([0, 0, 0, 1], [1, 2, 3])[:3, 3].tolist() == [1, 2, 3]
+
+
+def test_both_elbow_branches_are_found_where_the_limits_allow_them():
+    wide = {joint: (-3.1, 3.1) for joint in srs7().joints} | {"elbow_flexion": (-2.2, 2.2)}
+    arm = srs7().with_limits(wide)
+    q = np.array([0.4, 0.8, 0.3, 1.2, 0.5, 0.3, 0.2])
+    T = hand(arm, q)[0]
+    manifold = self_motion_manifold(arm, T)
+    elbows = [np.sign(i.q[:, 3]) for i in manifold.intervals]
+    assert any((e > 0).all() for e in elbows) and any((e < 0).all() for e in elbows)
+    for interval in manifold.intervals:
+        on = interval.at(np.linspace(0.0, interval.arc[-1], 20))
+        assert hand(arm, on) == pytest.approx(np.repeat(T[None], 20, axis=0), abs=1e-8)
+
+
+def test_a_robot_arm_whose_axes_are_parallel_at_home_has_a_manifold():
+    """Seven axes as on common robot arms: z, y, z, y, z, y, z, all upright at zero."""
+    from selfmotion.kinematics.arm import Arm, weightless
+    from selfmotion.kinematics.chain import Chain, Tip
+    from selfmotion.spatial import transform
+
+    heights = [0.34, 0.0, 0.4, 0.0, 0.4, 0.0, 0.0]
+    y, z = [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]
+    offsets = np.array([transform(translation=[0, 0, h]) for h in heights])
+    names = tuple(f"axis_{i}" for i in range(1, 8))
+    bound = np.deg2rad([170.0, 120, 170, 120, 170, 120, 175])
+    chain = Chain(
+        names,
+        np.arange(-1, 6),
+        np.zeros(7, dtype=int),
+        np.array([z, y] * 3 + [z]),
+        offsets,
+        -bound,
+        bound,
+    )
+    tips = {"shoulder": Tip(1), "elbow": Tip(3), "wrist": Tip(5)}
+    tips["hand"] = Tip(6, transform(translation=[0, 0, 0.126]))
+    none = weightless(7)
+    arm = Arm("robot", chain, tips, {}, none["mass"], none["com"], none["inertia"])
+    finder = ManifoldFinder.of(arm)
+    for q in arm.random_postures(6, np.random.default_rng(6)):
+        manifold = finder.find(hand(arm, q)[0])
+        near = [
+            np.abs(i.at(np.linspace(0.0, i.arc[-1], 800)) - q).max(axis=1).min()
+            for i in manifold.intervals
+        ]
+        assert min(near) < 0.05
