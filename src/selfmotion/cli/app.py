@@ -19,6 +19,7 @@ from selfmotion.errors import unknown_name
 # name: what it does, in one line. The module selfmotion.cli.NAME holds a function NAME.
 COMMANDS = {
     "demo": "Run the main job on generated people and write a report.",
+    "validate": "Say what files hold: their units, frame and gaps.",
     "arms": "List the arms with their joints, limits and sources.",
     "weights": "Identify how costly each joint is, from recorded motion.",
     "split": "Part joint velocity into what moves the hand and what does not.",

@@ -24,16 +24,22 @@ USER_BLOCK = 512
 START = 4096
 
 
-def load(path: str | Path, *, unit: Literal["rad", "deg"] | None = None) -> "Study":
+def load(
+    path: str | Path,
+    *,
+    unit: Literal["rad", "deg"] | None = None,
+    rate: float | None = None,
+) -> "Study":
     """Read a file of joint motion: .npz, .mat, .csv, .mot, .sto, .parquet or Motion-BIDS.
 
     The format is told by the content, then by the name. Joint angles in CSV are radians unless a
-    column's name ends in ``_deg``; for a rate in place of a time column, or names of coordinates
-    that are lengths, call the format's own reader.
+    column's name ends in ``_deg``; to say which columns are joints, or which coordinates are
+    lengths, call the format's own reader.
 
     Args:
         path: the file; of Motion-BIDS the ``*_motion.tsv``.
         unit: unit of the angles, where a text file does not name it.
+        rate: sampling rate, Hz, where a CSV has no time.
 
     Raises:
         SelfmotionError: one line that names file, row or field, value and what is allowed.
@@ -72,7 +78,7 @@ def load(path: str | Path, *, unit: Literal["rad", "deg"] | None = None) -> "Stu
         return _bids_angles(path)
     from selfmotion.motion.files.angles_csv import read_angles_csv
 
-    return read_angles_csv(path, unit=unit)
+    return read_angles_csv(path, unit=unit, rate=rate)
 
 
 def load_markers(

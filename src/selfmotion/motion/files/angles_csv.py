@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from selfmotion.errors import FileFormatError, RangeError, ShapeError
+from selfmotion.errors import FileFormatError, RangeError, ShapeError, unknown_name
 from selfmotion.motion.files.arrays_to_study import RUN_NAMES, study_from_arrays
 from selfmotion.motion.files.table import Table, read_table
 from selfmotion.motion.labels import LABEL_NAMES
@@ -38,6 +38,7 @@ PLAUSIBLE_RADIANS = 2.0 * np.pi
 # Names that mean positions or quaternions elsewhere; taken for joints they would pass in silence.
 NOT_JOINTS = frozenset({"x", "y", "z", "qx", "qy", "qz", "qw"})
 VELOCITY = "_velocity"
+SPEED_NAME = re.compile(r"(^|\s)(velocity|speed|acceleration)$", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,11 @@ class _Column:
 
 
 def read_angles_csv(
-    path: str | Path, *, unit: AngleUnit | None = None, rate: float | None = None
+    path: str | Path,
+    *,
+    unit: AngleUnit | None = None,
+    rate: float | None = None,
+    joints: Sequence[str] | None = None,
 ) -> Study:
     r"""Read joint angles; each run of equal labels is a recording.
 
@@ -58,6 +63,8 @@ def read_angles_csv(
         path: the file.
         unit: unit of the angles whose column names none; None: radians, checked for plausibility.
         rate: sampling rate, Hz, where the file has no time.
+        joints: names of the columns that are joint angles; the others are left aside. Left out:
+            all beside time, labels and the hand.
 
     Raises:
         SelfmotionError: one line that names file, row, column, value and what is allowed.
@@ -74,19 +81,30 @@ def read_angles_csv(
     arrays: dict[str, np.ndarray] = {
         name: np.array(table.cells(name)) for name in RUN_NAMES if name in table.header
     }
-    columns = [_column(table, h, units) for h in table.header if h not in RUN_NAMES]
+    columns = _columns(table, units, joints)
     twice = sorted({c.name for c in columns if [d.name for d in columns].count(c.name) > 1})
     if twice:
         raise FileFormatError(f"{table.path}: column {twice[0]!r} is there in more than one unit")
     arrays |= _clock(table, columns, rate)
     moving = [c for c in columns if c.name not in ("time", "sample", "frame")]
     hand = [c for c in moving if c.name.startswith("hand_")]
-    joints = [c for c in moving if c not in hand]
-    arrays |= _pair(table, joints, unit, ("q", "qd", "joints"))
+    angles = [c for c in moving if c not in hand]
+    arrays |= _pair(table, angles, unit, ("q", "qd", "joints"))
     arrays |= _pair(table, hand, None, ("x", "xd", "rows"))
     if "q" not in arrays:
         raise FileFormatError(f"{table.path}: no column of joint angles beside time and labels")
     return study_from_arrays(table.path, arrays)
+
+
+def column_units(path: str | Path) -> dict[str, str | None]:
+    """Give the unit that each column of numbers names, by bare column name; None: it names none.
+
+    Raises:
+        FileFormatError: no table, or a unit that is not known.
+    """
+    table, units = _split_units(read_table(path))
+    columns = [_column(table, h, units) for h in table.header if h not in RUN_NAMES]
+    return {column.name: column.unit for column in columns}
 
 
 def write_angles_csv(
@@ -161,6 +179,27 @@ def _split_units(table: Table) -> tuple[Table, dict[str, str]]:
 
 def _bare_unit(text: str) -> str:
     return re.sub(r"(/s|/sec|\*s\^-1|\.s-1)$", "", text.strip().lower())
+
+
+def _columns(table: Table, units: dict[str, str], joints: Sequence[str] | None) -> list[_Column]:
+    """Name the columns of numbers, of the joints those that are asked for."""
+    columns = [_column(table, h, units) for h in table.header if h not in RUN_NAMES]
+    if joints is None:
+        for column in columns:
+            # "Finger Velocity" among joint angles: taken for one, it would pass in silence.
+            if SPEED_NAME.search(column.name):
+                raise FileFormatError(
+                    f"{table.path}: column {column.header}: no joint angle by its name; name the "
+                    "columns that are (joints=...), or a joint's velocity JOINT_velocity"
+                )
+        return columns
+    known = [c.name for c in columns]
+    for name in joints:
+        if name not in known:
+            raise unknown_name("column", name, known)
+    wanted = {*joints, *(f"{name}{VELOCITY}" for name in joints)}
+    clocks = ("time", "sample", "frame")
+    return [c for c in columns if c.name in wanted or c.name in clocks]
 
 
 def _column(table: Table, header: str, units: dict[str, str]) -> _Column:

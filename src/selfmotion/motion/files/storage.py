@@ -124,11 +124,11 @@ def read_storage(path: str | Path) -> StorageTable:
             "(Quaternion: read_orientations)"
         )
     kept = [i for i, name in enumerate(names) if name.lower() not in REMARKS]
-    names = [names[i] for i in kept]
+    width, names = len(names), [names[i] for i in kept]
     for number, cells in rows:
-        if len(cells) < len(kept) or len(cells) > max(kept) + 1 + len(REMARKS):
+        if not len(kept) <= len(cells) <= width:
             raise FileFormatError(
-                f"{path}: row {number} has {len(cells)} cells: {len(names)} are needed, one a "
+                f"{path}: row {number} has {len(cells)} cells: {width} are needed, one a "
                 "column (is the file cut off?)"
             )
     picked = [(n, [cells[i] if i < len(cells) else "" for i in kept]) for n, cells in rows]
