@@ -132,3 +132,26 @@ def test_bad_options_are_refused_in_one_line(muscle_arm):
         muscle_effort(muscle_arm, np.zeros(7), options=EffortOptions(loads=("gravity", "limits")))
     with pytest.raises(ShapeError):
         muscle_effort(muscle_arm, np.zeros(6))
+
+
+def test_effort_runs_along_a_movement(muscle_arm):
+    t = np.linspace(0.0, 0.8, 9)[:, None]
+    start = np.array([0.6, 0.5, -0.2, 1.2, 0.1, 0.0, 0.1])
+    reach = np.array([0.3, 0.5, 0.1, -0.5, 0.2, 0.0, 0.0])
+    s = t / 0.8  # minimum jerk
+    q = start + reach * (10 * s**3 - 15 * s**4 + 6 * s**5)
+    qd = reach * (30 * s**2 - 60 * s**3 + 30 * s**4) / 0.8
+    qdd = reach * (60 * s - 180 * s**2 + 120 * s**3) / 0.8**2
+    moving = muscle_effort(muscle_arm, q, velocity=qd, acceleration=qdd)
+    still = muscle_effort(muscle_arm, q)
+    assert moving.effort[[0, -1]] == pytest.approx(still.effort[[0, -1]], rel=1e-6)
+    assert (np.abs(moving.effort[2:-2] / still.effort[2:-2] - 1) > 0.01).all()
+    # Work against gravity and inertia is what muscles give: torque along velocity.
+    power = (required_torque(muscle_arm.arm, q, EffortOptions(), qd, qdd) * qd).sum(axis=1)
+    kinetic = 0.5 * np.einsum("ki,kij,kj->k", qd, inertia_matrix(muscle_arm.arm, q), qd)
+    from selfmotion.kinematics.dynamics import potential_energy
+
+    fine = np.linspace(0.0, 0.8, 2001)
+    energy = kinetic + potential_energy(muscle_arm.arm, q)
+    work = np.interp(fine, t[:, 0], power)
+    assert np.trapezoid(work, fine) == pytest.approx(energy[-1] - energy[0], rel=0.05)
