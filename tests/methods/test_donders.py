@@ -8,7 +8,13 @@ from scipy.spatial.transform import Rotation
 from selfmotion.arms import planar, srs7, wrist
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 from selfmotion.methods.donders import ElasticityPrior, fit_elasticity
-from selfmotion.methods.donders_fit import PostureGeometry, entries, residuals, symmetric
+from selfmotion.methods.donders_fit import (
+    PostureGeometry,
+    entries,
+    past_fold,
+    residuals,
+    symmetric,
+)
 from selfmotion.methods.donders_posture import donders_postures, task_hessian
 from selfmotion.methods.donders_surface import fit_surface
 from selfmotion.methods.joint_law import JointLaw
@@ -250,6 +256,51 @@ def test_what_cannot_be_fitted_is_refused():
         wrist_angles([[0.0, 0.0, np.pi / 2]], "rotation vectors")
     with pytest.raises(RangeError, match="above 0"):
         ElasticityPrior(np.eye(3), np.zeros((3, 3)), np.zeros(3), np.ones(3))
+
+
+def summit(law: JointLaw, target: np.ndarray) -> np.ndarray | None:
+    """Give the posture of (locally) greatest energy for a target, from the closed form of eq. 6."""
+    p = np.linspace(-2.5, 2.5, 20001)
+    across = -np.cos(p) * target[0] - np.sin(p) * target[1]
+    along = np.sin(p) * target[0] - np.cos(p) * target[1]
+    deviation = np.arcsin(along)
+    q = np.stack([p, np.arcsin(across / np.cos(deviation)), deviation], axis=1)
+    assert np.abs(TASK.value(q) - target).max() < 1e-12
+    energy = np.einsum("ki,ij,kj->k", q - law.rest, law.stiffness, q - law.rest)
+    top = np.flatnonzero((energy[1:-1] > energy[:-2]) & (energy[1:-1] > energy[2:])) + 1
+    return q[top[0]] if top.size else None
+
+
+def test_postures_past_a_fold_are_said():
+    law = JointLaw(np.diag([0.05, 1.25, 2.7]), np.zeros(3))
+    targets = disc(35.0, 200, np.random.default_rng(14))
+    found = donders_postures(TASK, law, targets)
+    tops = np.array([q for q in (summit(law, t) for t in targets) if q is not None])
+    assert len(tops) > 30
+    low = found.q[found.least]
+    for q, expected in ((low, False), (tops, True)):
+        both = residuals(
+            PostureGeometry.of(TASK, np.concatenate([low, q])), law.stiffness, law.rest
+        )
+        assert (past_fold(both)[len(low) :] == expected).all()
+    # Postures of least and of greatest energy together: no law takes both as near its surface.
+    mixed = fit_elasticity(np.concatenate([low, tops]))
+    assert not mixed.status.ok or mixed.thickness_deg > 3.0
+
+
+def test_a_joint_that_never_moves_is_said():
+    q = np.random.default_rng(15).normal(0.0, 0.3, (100, 3))
+    q[:, 0] = 0.1
+    fit = fit_elasticity(q)
+    assert not fit.status.ok
+    assert "collapsed onto pronation" in fit.status.sentence
+
+
+def test_postures_without_a_law_are_said():
+    q = np.random.default_rng(16).uniform(-0.5, 0.5, (200, 3))
+    fit = fit_elasticity(q)
+    assert any("cannot tell the stiffness" in s for s in fit.sentences)
+    assert fit.thickness_deg > 10.0
 
 
 def test_a_table_names_each_parameter():
