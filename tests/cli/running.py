@@ -13,9 +13,9 @@ Capture = pytest.CaptureFixture[str]
 
 def answered(capsys: Capture, *words: object, code: int = 0) -> dict[str, Any]:
     """Run a command with --json and give its document."""
-    assert main([*map(str, words), "--json"]) == code
+    got = main([*map(str, words), "--json"])
     captured = capsys.readouterr()
-    assert captured.err == ""
+    assert (got, captured.err) == (code, "")
     return json.loads(captured.out)
 
 
