@@ -1,0 +1,178 @@
+r"""Which file is whose movement: the study file, a small TOML.
+
+Example::
+
+    pattern = '(?P<subject>P\d+)_(?P<condition>reach|drink)_(?P<side>[RL])(?P<trial>\d+)\.csv'
+    static = "{subject}_static.csv"        # marker files only; beside the trial
+
+    [names.side]
+    R = "right"
+    L = "left"
+
+`pattern` is a regular expression that a file's whole name must match; its named groups become the
+labels subject, side, condition, target and trial. A study of marker files names the static trial
+of each person; without `static` the files hold joint angles or velocities.
+"""
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+
+from selfmotion.capture.protocol import SIDES
+from selfmotion.errors import FileFormatError, RangeError, unknown_name
+from selfmotion.motion.labels import LABEL_NAMES, Frame, Labels
+
+
+@dataclass(frozen=True)
+class StudyFile:
+    """How the files of a study are named and read.
+
+    Attributes:
+        pattern: regular expression of a trial's whole file name, with named groups for labels.
+        static: name of the static trial beside a trial, with {subject} and so on; empty: the
+            files hold joint angles.
+        protocol: marker protocol, by name or TOML file.
+        frame: axes of the laboratory, where the files do not tell.
+        names: label to what its values in file names stand for.
+        cutoff: low-pass of markers, or of angles before differentiation (Hz); 0: none.
+        task: what the movements are for, as in position or pose; empty: the arm's own kind.
+        landmark: what is moved there: hand, or wrist, which leaves the wrist's joints out of a
+            position task. Files that hold Jacobians bring their own task.
+        rest_share: share of peak hand speed that counts as rest before and after the movement; 0:
+            whole recordings are used.
+        person_ranges: whether joint limits are those of the arm as it is (one person's) and not
+            those of adults.
+    """
+
+    pattern: str
+    static: str = ""
+    protocol: str = "reaching"
+    frame: Frame = Frame()
+    names: Mapping[str, Mapping[str, str]] = field(default_factory=dict, hash=False)
+    cutoff: float = 6.0
+    task: str = ""
+    landmark: str = "hand"
+    rest_share: float = 0.05
+    person_ranges: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the pattern, the labels and the numbers."""
+        try:
+            groups = re.compile(self.pattern).groupindex
+        except re.error as error:
+            raise RangeError(f"pattern {self.pattern!r}: no regular expression ({error})") from None
+        for name in (*groups, *self.names):
+            if name not in LABEL_NAMES:
+                raise unknown_name("label", name, LABEL_NAMES)
+        if "subject" not in groups:
+            raise RangeError(f"pattern {self.pattern!r}: needs a group (?P<subject>...)")
+        if not 0.0 <= self.rest_share < 1.0:
+            raise RangeError(f"rest_share = {self.rest_share:g}: allowed is 0 to below 1")
+        if not self.cutoff >= 0.0:
+            raise RangeError(f"cutoff = {self.cutoff:g} Hz: allowed is 0 (none) and above")
+
+    @property
+    def smoothing(self) -> float | None:
+        """The low-pass (Hz), or None."""
+        return self.cutoff or None
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One file of a study.
+
+    Attributes:
+        path: the file.
+        key: its path below the study's folder, to name it by.
+        labels: read from its name.
+        static: the person's static trial; None where the files hold joint angles.
+    """
+
+    path: Path
+    key: str
+    labels: Labels
+    static: Path | None
+
+
+def load_study_file(path: str | Path) -> StudyFile:
+    """Read a study file.
+
+    Raises:
+        FileFormatError: no file, no TOML, or a value of the wrong kind.
+        UnknownNameError: a key or label that does not exist.
+        RangeError: a value that is not allowed.
+
+    Example:
+        >>> import tempfile
+        >>> where = Path(tempfile.mkdtemp(), "study.toml")
+        >>> _ = where.write_text("pattern = '(?P<subject>P[0-9]+).csv'")
+        >>> load_study_file(where).rest_share
+        0.05
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be opened ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileFormatError(f"{path}: no TOML ({error})") from None
+    known = tuple(f.name for f in fields(StudyFile))
+    for key in table:
+        if key not in known:
+            raise unknown_name(f"key of {path}", key, known)
+    if "pattern" not in table:
+        raise FileFormatError(f"{path}: no pattern, which says how files are named")
+    kinds = {"pattern": str, "static": str, "protocol": str, "frame": dict, "names": dict}
+    kinds |= {"task": str, "landmark": str}
+    kinds |= {"cutoff": (int, float), "rest_share": (int, float), "person_ranges": bool}
+    for key, value in table.items():
+        if not isinstance(value, kinds[key]) or (isinstance(value, bool) and key[0] in "cr"):
+            raise FileFormatError(f"{path}: {key} = {value!r}: wrong kind of value")
+    values = dict(table)
+    frame = table.get("frame", {})
+    if not {*frame} <= {"up", "forward", "name"}:
+        raise FileFormatError(f"{path}: frame takes up, forward and name, not {', '.join(frame)}")
+    values["frame"] = Frame(**frame)
+    for label, meanings in table.get("names", {}).items():
+        if not isinstance(meanings, dict) or not all(map(_is_text, meanings.values())):
+            raise FileFormatError(f"{path}: names.{label}: a table of texts is needed")
+    protocol = values.get("protocol", "")
+    if protocol.endswith(".toml"):  # named from where the study file is
+        values["protocol"] = str(Path(path).parent / protocol)
+    return StudyFile(**values)
+
+
+def find_trials(study: StudyFile, folders: Sequence[Path]) -> tuple[Trial, ...]:
+    """List the trials in folders and below, ordered by subject, side and name.
+
+    Raises:
+        FileFormatError: a folder does not exist, or nothing in it is named as the pattern says.
+        RangeError: a side is neither right nor left.
+    """
+    pattern = re.compile(study.pattern)
+    found: list[Trial] = []
+    for folder in folders:
+        if not folder.is_dir():
+            raise FileFormatError(f"{folder}: no such folder; a study is a folder of recordings")
+        for path in sorted(p for p in folder.rglob("*") if p.is_file()):
+            match = pattern.fullmatch(path.name)
+            if match is None:
+                continue
+            given = {k: v for k, v in match.groupdict().items() if v is not None}
+            named = {k: study.names.get(k, {}).get(v, v) for k, v in given.items()}
+            if named.get("side", "right") not in SIDES:
+                raise RangeError(
+                    f"{path}: side {named['side']!r}; allowed are right, left (the study file's "
+                    "[names.side] says what letters stand for)"
+                )
+            static = path.with_name(study.static.format_map(given)) if study.static else None
+            found.append(Trial(path, path.relative_to(folder).as_posix(), Labels(**named), static))
+    if not found:
+        where = ", ".join(map(str, folders))
+        raise FileFormatError(f"{where}: no file is named as the pattern {study.pattern!r} says")
+    return tuple(sorted(found, key=lambda t: (str(t.labels.subject), str(t.labels.side), t.key)))
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str)

@@ -1,0 +1,254 @@
+"""A whole study: every file to joint motion, every person's weights, tables and tests.
+
+Trials run in a batch with a journal, so that an interrupted run goes on where it was; a broken
+file has a row that says why, and the rest goes on.
+"""
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from selfmotion.batch import Item, Outcome, Runner, run_batch
+from selfmotion.errors import FileFormatError, SelfmotionError
+from selfmotion.methods.identification import identify_weights
+from selfmotion.methods.identification_options import DEFAULT_OPTIONS, Method
+from selfmotion.methods.uncontrolled_manifold import manifold_variance
+from selfmotion.methods.velocity_split import split
+from selfmotion.methods.weight_estimate import WeightEstimate
+from selfmotion.methods.weight_series import estimate_each
+from selfmotion.motion.files.npz import read_npz
+from selfmotion.motion.recording import Study
+from selfmotion.provenance import Provenance, hash_file
+from selfmotion.studies.study_file import StudyFile, Trial, find_trials
+from selfmotion.studies.study_statistics import Key, compare_all
+from selfmotion.studies.trial_run import CALIBRATION_TRIALS, Calibration, TrialJob, run_trial
+
+JOURNAL = "journal.jsonl"
+MOVEMENTS = "movements"
+
+
+@dataclass(frozen=True, eq=False)
+class StudyRun:
+    """What came of a study.
+
+    Attributes:
+        trials: one row a file: labels, whether it could be used, why not, measures.
+        groups: one row a person, side and condition: task and null-space shares, synergy.
+        weights: one row a person, side, condition and joint.
+        tests: paired tests, or the sentence why there is none.
+        changes: mean change of each log-weight over people, with t-intervals.
+        estimates: of each person, side and condition.
+        movements: all movements that could be used.
+        provenance: files, versions and choices.
+    """
+
+    trials: pd.DataFrame
+    groups: pd.DataFrame
+    weights: pd.DataFrame
+    tests: pd.DataFrame
+    changes: pd.DataFrame
+    estimates: Mapping[Key, WeightEstimate]
+    movements: Study
+    provenance: Provenance
+
+    @property
+    def n_failed(self) -> int:
+        """Number of files that could not be used."""
+        return int(np.count_nonzero(~self.trials["ok"].to_numpy(dtype=bool)))
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """What to run.
+
+    Attributes:
+        folders: where the recordings are.
+        study: how they are named and read.
+        arm: name or model file.
+        method: estimator of the weights.
+        out: folder of movements and journal; None: a temporary one, and nothing to resume.
+        seed: of the sign flips, where not all can be tried.
+    """
+
+    folders: tuple[Path, ...]
+    study: StudyFile
+    arm: str
+    method: Method = "ml"
+    out: Path | None = None
+    seed: int = 0
+
+
+def run_study(
+    plan: StudyPlan,
+    runner: Runner | None = None,
+    *,
+    on_start: Callable[[int], Callable[[Outcome], None]] | None = None,
+) -> StudyRun:
+    """Run a study from its files to its statistics.
+
+    Args:
+        plan: what to run.
+        runner: processes, cluster, resume; its journal is set here.
+        on_start: is told the number of trials and gives what to call as each is completed.
+
+    Raises:
+        FileFormatError: no file, or none that could be used.
+    """
+    trials = find_trials(plan.study, plan.folders)
+    done = on_start(len(trials)) if on_start else lambda outcome: None
+    chosen = runner or Runner()
+    if plan.out is not None:
+        return _run(
+            plan, trials, replace(chosen, journal=plan.out / JOURNAL, on_done=done), plan.out
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        return _run(plan, trials, replace(chosen, journal=None, on_done=done), Path(folder))
+
+
+def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path) -> StudyRun:
+    jobs = trial_jobs(plan, trials, folder / MOVEMENTS)
+    hashes: dict[Path, str] = {}
+    items = [Item(job.trial.key, job, _fingerprint(plan, job, hashes)) for job in jobs]
+    outcomes = run_batch(run_trial, items, runner)
+    table = trial_table(trials, outcomes)
+    usable = [job.target for job, o in zip(jobs, outcomes, strict=True) if o.status.ok]
+    if not usable:
+        first = outcomes[0]
+        raise FileFormatError(
+            f"none of {len(outcomes)} files could be used; the first: {first.key}: {first.status}"
+        )
+    movements = Study(tuple(r for path in usable for r in read_npz(path)))
+    estimates = estimate_groups(movements, plan.method)
+    tests, changes = compare_all(estimates, rng=np.random.default_rng(plan.seed))
+    inputs = {t.key: hashes[t.path] for t in trials if t.path in hashes}
+    choices = {
+        "arm": plan.arm,
+        "method": plan.method,
+        "static": plan.study.static,
+        "protocol": plan.study.protocol if plan.study.static else None,
+        "cutoff_hz": plan.study.smoothing,
+        "task": plan.study.task or None,
+        "landmark": plan.study.landmark,
+        "rest_share": plan.study.rest_share,
+    }
+    return StudyRun(
+        table,
+        group_table(movements, estimates),
+        weights_by_group(estimates),
+        tests,
+        changes,
+        estimates,
+        movements,
+        Provenance("run_study", inputs=inputs, seed=plan.seed, choices=choices),
+    )
+
+
+def trial_jobs(plan: StudyPlan, trials: Sequence[Trial], folder: Path) -> list[TrialJob]:
+    """Say what is to be done with each trial; trials of one arm of a person share a calibration."""
+    people: dict[tuple[Path | None, str], list[Trial]] = {}
+    for trial in trials:
+        people.setdefault((trial.static, trial.labels.side or "right"), []).append(trial)
+    jobs = []
+    for (static, side), own in people.items():
+        step = max(1, -(-len(own) // CALIBRATION_TRIALS))
+        some = tuple(trial.path for trial in own[::step])
+        plan_of = None if static is None else Calibration(static, some, side)
+        jobs += [TrialJob(t, plan.study, plan.arm, folder / (t.key + ".npz"), plan_of) for t in own]
+    order = {trial.key: i for i, trial in enumerate(trials)}
+    return sorted(jobs, key=lambda job: order[job.trial.key])
+
+
+def trial_table(trials: Sequence[Trial], outcomes: Sequence[Outcome]) -> pd.DataFrame:
+    """Give one row a file, in order: labels, status, measures."""
+    rows = []
+    for trial, outcome in zip(trials, outcomes, strict=True):
+        state = {"file": trial.key, "ok": outcome.status.ok, "status": outcome.status.sentence}
+        rows.append(trial.labels.to_dict() | state | (outcome.result or {}))
+    return pd.DataFrame(rows)
+
+
+def estimate_groups(movements: Study, method: Method) -> dict[Key, WeightEstimate]:
+    """Identify the weights of each person, side and condition, all trials pooled."""
+    options = replace(DEFAULT_OPTIONS, hash_inputs=False)
+    groups = {
+        tuple(str(value or "") for value in key): part
+        for key, part in movements.group("subject", "side", "condition").items()
+    }
+    names = {"\n".join(key): key for key in groups}
+
+    def identify(part: Study) -> WeightEstimate:
+        return identify_weights(part, method=method, options=options)
+
+    parts = {name: tuple(groups[key]) for name, key in names.items()}
+    found = estimate_each(parts, identify, method)
+    return {(names[n][0], names[n][1], names[n][2]): estimate for n, estimate in found.items()}
+
+
+def weights_by_group(estimates: Mapping[Key, WeightEstimate]) -> pd.DataFrame:
+    """Give one row a person, side, condition and joint."""
+    tables = []
+    for (subject, side, condition), estimate in estimates.items():
+        table = estimate.to_frame()
+        for place, (name, value) in enumerate(
+            (("subject", subject), ("side", side), ("condition", condition))
+        ):
+            table.insert(place, name, value)
+        table["status"] = estimate.status.sentence
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def group_table(movements: Study, estimates: Mapping[Key, WeightEstimate]) -> pd.DataFrame:
+    """Give one row a person, side and condition: shares of velocity, and synergy over repeats."""
+    rows = []
+    for key, part in movements.group("subject", "side", "condition").items():
+        subject, side, condition = (str(value or "") for value in key)
+        estimate = estimates[(subject, side, condition)]
+        row: dict[str, object] = {"subject": subject, "side": side, "condition": condition}
+        row |= {"trials": len(part), "samples": part.n_samples}
+        for name, weights in (("", estimate.full_weights), ("_identity", None)):
+            row |= {
+                f"task_share{name}": _mean_share(part, weights),
+                f"unexplained{name}": getattr(estimate, f"unexplained{name}"),
+            }
+        row |= _synergy(part) | {"status": estimate.status.sentence}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _mean_share(part: Study, weights: np.ndarray | None) -> float:
+    if weights is not None and not np.isfinite(weights).all():
+        return float("nan")
+    return float(np.nanmean([split(recording, weights=weights).task_share for recording in part]))
+
+
+def _synergy(part: Study) -> dict[str, object]:
+    """Give the mean over the movement of the synergy index and its z-transform."""
+    try:
+        found = manifold_variance(part)
+    except SelfmotionError as error:
+        return {"synergy": float("nan"), "synergy_z": float("nan"), "synergy_status": str(error)}
+    whole = found.synergy_z[np.isfinite(found.synergy_z)]
+    return {
+        "synergy": float(np.nanmean(found.synergy)),
+        "synergy_z": float(whole.mean()) if whole.size else float("nan"),
+        "synergy_status": "",
+    }
+
+
+def _fingerprint(plan: StudyPlan, job: TrialJob, hashes: dict[Path, str]) -> str:
+    """Give what a trial's result depends on: files, study file, arm; and whether it is there."""
+    files = [job.trial.path]
+    if job.calibration is not None:
+        files += [job.calibration.static, *job.calibration.movements]
+    for path in files:
+        if path not in hashes:
+            hashes[path] = hash_file(path) if path.is_file() else "missing"
+    settings = {**asdict(plan.study), "arm": plan.arm}
+    made = "" if job.target.is_file() else " (not there)"
+    version = Provenance("run_study").version
+    return f"{version} {' '.join(hashes[p] for p in files)} {settings}{made}"

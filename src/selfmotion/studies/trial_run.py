@@ -1,0 +1,179 @@
+"""One trial of a study: from its file to joint angles, velocities and Jacobian of the movement.
+
+A worker process holds the last calibrated person, so that a person's trials, which come one after
+the other, share the calibration.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from selfmotion.arms import load_arm
+from selfmotion.capture.angles import ArmMotion, angles_from_markers
+from selfmotion.capture.attach import attach_arm
+from selfmotion.capture.person import CaptureOptions, Person, calibrate_person
+from selfmotion.capture.protocol import load_protocol
+from selfmotion.capture.scaling import ADULT_RANGES_DEG, with_adult_ranges
+from selfmotion.errors import FileFormatError, SelfmotionError
+from selfmotion.kinematics.arm import Arm
+from selfmotion.motion.files import load, load_markers
+from selfmotion.motion.files.npz import write_npz
+from selfmotion.motion.recording import Recording
+from selfmotion.motion.strokes import movement_span
+from selfmotion.redundancy.task import Task, task_for
+from selfmotion.studies.study_file import StudyFile, Trial
+
+# Movements of a person with which the joint centres are found, spread over all of theirs.
+CALIBRATION_TRIALS = 8
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What one arm of a person is calibrated with.
+
+    Attributes:
+        static: the static trial.
+        movements: marker files, in order.
+        side: right or left.
+    """
+
+    static: Path
+    movements: tuple[Path, ...]
+    side: str
+
+
+@dataclass(frozen=True, eq=False)
+class TrialJob:
+    """One piece of work for a study run.
+
+    Attributes:
+        trial: the file and its labels.
+        study: how it is read.
+        arm: name or model file.
+        target: the .npz to write.
+        calibration: of the person, for marker files.
+    """
+
+    trial: Trial
+    study: StudyFile
+    arm: str
+    target: Path
+    calibration: Calibration | None = None
+
+
+def run_trial(job: TrialJob) -> dict[str, Any]:
+    """Read a trial, find its joint angles, cut the movement out and write it as .npz.
+
+    Returns:
+        What the study's table says of the trial (plain numbers).
+
+    Raises:
+        SelfmotionError: the file cannot be read or used; one line that says why.
+    """
+    if job.calibration is None:
+        found, moving = _from_angles(job)
+    else:
+        found, moving = _from_markers(job, job.calibration)
+    job.target.parent.mkdir(parents=True, exist_ok=True)
+    write_npz(job.target, [moving])
+    return found | {
+        "movement_s": float(moving.time[-1] - moving.time[0]) if moving.timed else None,
+        "samples": moving.n_samples,
+    }
+
+
+def _from_angles(job: TrialJob) -> tuple[dict[str, Any], Recording]:
+    study = load(job.trial.path)
+    if len(study) != 1:
+        raise FileFormatError(
+            f"{job.trial.path}: holds {len(study)} recordings; a study takes one a file"
+        )
+    recording = replace(study[0], labels=job.trial.labels, source=job.trial.key)
+    if recording.jacobian is None:
+        arm = load_arm(job.arm)
+        cutoff = job.study.smoothing
+        recording = attach_arm(recording, arm, task=_task(arm, job.study), cutoff=cutoff)
+    return {}, _movement(recording, job.study.rest_share)
+
+
+def _from_markers(job: TrialJob, plan: Calibration) -> tuple[dict[str, Any], Recording]:
+    person = _calibrated(plan, job.study, job.arm)
+    markers = load_markers(job.trial.path, frame=job.study.frame)
+    labelled = replace(markers, labels=job.trial.labels, source=job.trial.key)
+    motion = angles_from_markers(person, labelled)
+    task = _task(person.arm, job.study)
+    moving = _movement(attach_arm(motion.recording, person.arm, task=task), job.study.rest_share)
+    return _measures(person, motion), moving
+
+
+def _task(arm: Arm, study: StudyFile) -> Task:
+    return task_for(arm, study.task or None, study.landmark)
+
+
+def _movement(recording: Recording, rest_share: float) -> Recording:
+    """Cut out the samples from the first to the last movement of the hand."""
+    if not rest_share:
+        return recording
+    xd = recording.array("xd")
+    speed = np.linalg.norm(xd[:, :3], axis=1)
+    first, last = movement_span(speed, share=rest_share)
+    return recording.window(first, last + 1)
+
+
+def _measures(person: Person, motion: ArmMotion) -> dict[str, Any]:
+    at_limit = motion.ik.at_limit.mean(axis=0)
+    swivel = np.rad2deg(motion.swivel)
+    return {
+        "rms_landmark_mm": _number(1e3 * np.nanmedian(motion.ik.rms)),
+        "elbow_disagreement_mm": _number(1e3 * motion.elbow_disagreement()),
+        "frames": len(motion.ik.q),
+        "frames_without_markers": int(np.isnan(motion.ik.q[:, 0]).sum()),
+        "frames_not_converged": int((~motion.ik.converged & ~np.isnan(motion.ik.q[:, 0])).sum()),
+        "worst_at_limit": max(
+            zip(at_limit.tolist(), person.arm.joints, strict=True), default=(0.0, "")
+        )[1]
+        if at_limit.max() > 0.0
+        else "",
+        "share_at_limit": float(at_limit.max()),
+        "swivel_start_deg": _number(_first(swivel)),
+        "swivel_end_deg": _number(_first(swivel[::-1])),
+    } | {f"length_{k}_mm": 1e3 * v for k, v in person.lengths.items()}
+
+
+@lru_cache(maxsize=2)
+def _calibrated(plan: Calibration, study: StudyFile, arm: str) -> Person:
+    """Calibrate a person once for all of their trials."""
+    movements = []
+    for path in plan.movements:
+        try:
+            movements.append(load_markers(path, frame=study.frame))
+        except SelfmotionError:  # a broken file is reported as a trial, not here
+            continue
+    return calibrate_person(
+        person_arm(arm, adult=not study.person_ranges),
+        load_markers(plan.static, frame=study.frame),
+        movements,
+        side=plan.side,
+        protocol=load_protocol(study.protocol),
+        options=CaptureOptions(cutoff=study.smoothing),
+    )
+
+
+def person_arm(name: str, *, adult: bool) -> Arm:
+    """Load an arm, with the joint ranges of adults where these are known for its joints."""
+    arm = load_arm(name)
+    if adult and set(ADULT_RANGES_DEG) <= set(arm.joints):
+        return with_adult_ranges(arm)
+    return arm
+
+
+def _first(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known[0]) if known.size else float("nan")
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
