@@ -177,7 +177,9 @@ def _next_places(sampler: _Sampler, tolerance: float, best: float) -> np.ndarray
         a, b = s[i] - s[i - 1], s[i + 1] - s[i]
         if max(a, b) <= 2 * SMALLEST_GAP or taken[i - 1] or taken[i]:
             continue
-        if max(dip[i - 1], dip[i]) < 0.2 * tolerance * max(E[i], 1e-12):
+        # The least minimum is pinned down further, for its place and not for its value.
+        share = 0.005 if E[i] <= (1 + tolerance) * least else 0.2
+        if max(dip[i - 1], dip[i]) < share * tolerance * max(E[i], 1e-12):
             continue
         places.append(np.array([_vertex(s[i - 1 : i + 2], E[i - 1 : i + 2])]))
     return np.unique(np.concatenate(places))
