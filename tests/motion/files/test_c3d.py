@@ -88,3 +88,12 @@ def test_another_file_under_this_name(tmp_path):
         read_c3d(path)
     with pytest.raises(FileFormatError, match="no such file"):
         load_markers(tmp_path / "absent.c3d")
+
+
+def test_a_file_without_analog_group_reads(tmp_path):
+    path, points = written(tmp_path)
+    content = bytearray(path.read_bytes())
+    at = content.index(b"ANALOG", 512) - 2
+    content[at : at + 2] = b"\0\0"  # the parameters end here
+    path.write_bytes(content)
+    np.testing.assert_allclose(read_c3d(path).positions, points * 1e-3, rtol=1e-6)

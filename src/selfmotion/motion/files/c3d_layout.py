@@ -6,7 +6,7 @@ here first. Nothing is interpreted beyond what that needs.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,11 +17,13 @@ KEY = 0x50
 INTEL, DEC, MIPS = 84, 85, 86
 SIZES = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes of one value, by type code of a parameter
 UNCOUNTED = 65_535  # the last frame where a word does not hold the number of frames
-# Parameters that ezc3d uses without asking whether they are there.
-NEEDED = {"POINT": ("USED", "SCALE", "RATE"), "ANALOG": ()}
+# Parameters that ezc3d uses without asking whether they are there (ANALOG's: if there is one).
+NEEDED = (("POINT", "USED"), ("POINT", "SCALE"), ("POINT", "RATE"), ("ANALOG", "USED"))
 # Types of parameters that ezc3d takes for granted, in the groups that it looks into.
 KINDS = {"USED": (2,), "RATE": (4,), "SCALE": (4,), "GEN_SCALE": (4,)}
 KINDS |= {"LABELS": (-1,), "UNITS": (-1,), "DESCRIPTIONS": (-1,)}
+# Parameters that must hold a value for each analog channel, or one for all.
+PER_CHANNEL = ("SCALE", "OFFSET", "GEN_SCALE", "RATE")
 READ_GROUPS = frozenset({"POINT", "ANALOG", "FORCE_PLATFORM"})
 LARGEST_FRAME = 1 << 22  # bytes of one frame; no laboratory has a quarter of a million channels
 
@@ -59,10 +61,12 @@ def check_layout(path: str | Path) -> C3dLayout:
         raise FileFormatError(f"{path}: processor type {processor}; allowed are 84, 85 and 86")
     order = ">" if processor == MIPS else "<"
     values = _walk(path, data, start, order)
-    points, analog, first, last, _, scale, data_block = struct.unpack(order + "5H4sH", data[2:18])
+    fields = struct.unpack(order + "5H4s2H", data[2:20])
+    points, analog, first, last, _, scale, data_block, subframes = fields
     used = _word(values.get(("POINT", "USED")), order)
     if used != points:
         raise FileFormatError(f"{path}: {points} points in the header, {used} in POINT:USED")
+    _check_analog(path, values, order, analog, subframes)
     frames = last - first + 1 if last != UNCOUNTED and first > 0 else None
     if frames is not None and frames < 1:
         raise FileFormatError(f"{path}: frames {first} to {last} in the header")
@@ -77,6 +81,29 @@ def check_layout(path: str | Path) -> C3dLayout:
             f"{path}: holds {held} of {frames} frames: the file is cut off, or its header is wrong"
         )
     return C3dLayout(points, frames)
+
+
+def _check_analog(
+    path: str | Path,
+    values: Mapping[tuple[str, str], tuple[int, bytes]],
+    order: str,
+    analog: int,
+    subframes: int,
+) -> None:
+    """Refuse analog channels that lack what ezc3d takes for granted, though we read none."""
+    used = _word(values.get(("ANALOG", "USED")), order) or 0
+    if analog != used * subframes:
+        raise FileFormatError(
+            f"{path}: {analog} analog values a frame in the header; ANALOG:USED {used} times "
+            f"{subframes} are {used * subframes}"
+        )
+    for name in PER_CHANNEL if used else ():
+        kind, body = values.get(("ANALOG", name), (1, b""))
+        needed = 1 if name in ("GEN_SCALE", "RATE") else min(used, 255)
+        if len(body) < needed * SIZES[kind]:
+            raise FileFormatError(
+                f"{path}: ANALOG:{name} lacks values for {used} channels: it is damaged"
+            )
 
 
 def _walk(
@@ -98,11 +125,10 @@ def _walk(
     for (group, name), (kind, _) in named.items():
         if group in READ_GROUPS and kind not in KINDS.get(name, (kind,)):
             raise FileFormatError(f"{path}: {group}:{name} is of type {kind}: it is damaged")
-    for group, names in NEEDED.items():
-        for name in names if group in groups.values() else ("", *names):
-            if (group, name) not in named:
-                what = f"{group}:{name}" if name else f"group {group}"
-                raise FileFormatError(f"{path}: no {what}, so no complete C3D file")
+    held = {"POINT", *groups.values()}
+    for group, name in NEEDED:
+        if group in held and (group, name) not in named:
+            raise FileFormatError(f"{path}: no {group}:{name}, so no complete C3D file")
     return named
 
 
