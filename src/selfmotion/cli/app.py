@@ -26,6 +26,7 @@ COMMANDS = {
     "posture": "Find the natural posture for hand poses, by least muscle effort.",
     "effort": "Compute the muscle effort that holds postures, or makes a movement.",
     "ik": "Find postures inside the joint limits that bring the hand to targets.",
+    "workspace": "Find where the hand can reach, and what limits take away.",
     "donders": "Fit the elasticity of a person's joints to postures.",
     "plan": "Plan how a person moves to targets, by passive motion.",
     "reproduce": "Compute a paper's numbers again and print them beside ours.",

@@ -1,0 +1,112 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from selfmotion.arms import load_arm
+from selfmotion.kinematics.forward import forward_kinematics
+from tests.cli.running import Capture, answered, refused, written
+
+QUICK = ("--points", "128", "--shifts", "2")
+SPLINT = ("--limit", "elbow_flexion=64.2:114")
+SUBJECT = """
+name = "P1"
+[lengths_mm]
+clavicle = 180
+upper_arm = 300
+forearm = 250
+palm = 80
+[ranges]
+elbow_flexion = [0, 140]
+[impairments]
+elbow_flexion = [60, 110]
+"""
+
+
+def test_the_free_workspace_holds_the_limited_one(capsys: Capture) -> None:
+    found = answered(capsys, "workspace", *SPLINT, "--compare", *QUICK, "--slice", "0")
+    volume = found["volume_m3"]
+    assert 0 < volume["limited"] < volume["free"]
+    assert volume["lost"] == pytest.approx(volume["free"] - volume["limited"])
+    area = found["slices"][0]["area_m2"]
+    assert found["slices"][0]["z"] == 0
+    assert area["lost"] == pytest.approx(area["free"] - area["limited"])
+    limits = dict(zip(found["joints"], found["limited_limits"], strict=True))
+    assert np.degrees(limits["elbow_flexion"]) == pytest.approx([64.2, 114.0])
+
+
+def test_without_compare_only_what_was_asked_for_is_known(capsys: Capture) -> None:
+    free = answered(capsys, "workspace", *QUICK, "--slice", "0")
+    assert free["volume_m3"]["limited"] is None
+    assert free["limited_limits"] is None
+    limited = answered(capsys, "workspace", *SPLINT, *QUICK, "--slice", "0")
+    assert limited["volume_m3"]["free"] is None
+    assert limited["volume_m3"]["limited"] < free["volume_m3"]["free"]
+
+
+def test_a_person_has_lengths_ranges_and_impairments(tmp_path: Path, capsys: Capture) -> None:
+    subject = written(tmp_path / "subject.toml", SUBJECT)
+    found = answered(
+        capsys, "workspace", "--subject", subject, "--compare", *QUICK, "--slice", "0",
+        "--out", tmp_path / "out", "--report", tmp_path / "r.html",
+    )  # fmt: skip
+    i = found["joints"].index("elbow_flexion")
+    assert np.degrees(found["free_limits"][i]) == pytest.approx([0, 140])
+    assert np.degrees(found["limited_limits"][i]) == pytest.approx([60, 110])
+    assert found["subject"] == "P1"
+    assert found["hull_volume_m3"]["free"] < 4 / 3 * np.pi * (0.3 + 0.25 + 0.08 + 0.18) ** 3
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"workspace.json", "workspace.csv", "slices.csv"}
+    assert "Workspace of P1" in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+def test_recorded_positions_are_held_against_it(tmp_path: Path, capsys: Capture) -> None:
+    arm = load_arm("upper_limb")
+    q = arm.random_postures(20, np.random.default_rng(1))
+    x = forward_kinematics(arm.chain, q, arm.tip("hand"))[:, :3, 3]
+    x[-1] = [3.0, 0.0, 0.0]
+    arrays = {"qd": np.zeros_like(q), "jacobian": np.zeros((20, 3, 9)), "x": x}
+    np.savez(tmp_path / "r.npz", **arrays)
+    found = answered(capsys, "workspace", *QUICK, "--slice", "0", "--recording", tmp_path / "r.npz")
+    assert found["recording"]["points"] == 20
+    assert found["recording"]["inside_percent"]["free"] == pytest.approx(95.0)
+    assert found["recording"]["farthest_mm"]["free"] > 2000
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("name = 'a'\n[ranges\n", "line 2"),
+        ("nam = 'a'\n", "unknown field 'nam'; did you mean 'name'?"),
+        (SUBJECT.replace("= 180", "= -180"), "lengths_mm.clavicle = -180: allowed is above 0"),
+        (SUBJECT.replace("palm = 80\n", ""), "lengths_mm: a table with clavicle"),
+        (SUBJECT.replace("[0, 140]", "[140, 0]"), "ranges.elbow_flexion = [140, 0]: allowed is"),
+        (SUBJECT.replace("[0, 140]", "[0, 400]"), "ranges.elbow_flexion = [0, 400]: allowed is"),
+        (SUBJECT.replace("[0, 140]", "[nan, 90]"), "ranges.elbow_flexion = [nan, 90]"),
+        (SUBJECT.replace("[0, 140]", "140"), "[low, high] in degrees is expected"),
+        (SUBJECT.replace("elbow_flexion", "elbow_flex"), "elbow_flex"),
+    ],
+)
+def test_a_bad_subject_is_one_line(tmp_path: Path, capsys: Capture, text: str, reason: str) -> None:
+    subject = written(tmp_path / "subject.toml", text)
+    line = refused(capsys, "workspace", "--subject", subject, *QUICK)
+    assert reason in line
+    assert str(subject) in line
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--compare",), "--compare: name the limits with --limit"),
+        (("--limit", "elbow=1:2"), "elbow"),
+        (("--limit", "elbow_flexion=114:64"), "the low bound 114 is above the high 64"),
+        (("--limit", "elbow_flexion=0:400"), "allowed are angles from -360 to 360 degrees"),
+        (("--limit", "elbow_flexion=-60:90", "--compare"), "elbow_flexion"),
+        (("--points", "3"), "n_points = 3: allowed is 64"),
+        (("--slice", "nan"), "not finite"),
+        (("--jobs", "0"), "--jobs 0"),
+    ],
+)
+def test_bad_options_are_one_line(capsys: Capture, options: tuple[str, ...], reason: str) -> None:
+    words = options if "--points" in options else (*options, *QUICK)
+    assert reason in refused(capsys, "workspace", *words)
