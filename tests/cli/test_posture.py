@@ -69,7 +69,9 @@ def test_results_are_written_and_an_interrupted_run_goes_on(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = written(tmp_path / "p.csv", HEADER + GOOD + "\n")
-    first = answered(capsys, "posture", file, "--out", tmp_path / "out")
+    page = tmp_path / "report.html"
+    first = answered(capsys, "posture", file, "--out", tmp_path / "out", "--report", page)
+    assert "Pose 3" in page.read_text(encoding="utf-8")
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "posture.json", "posture.csv", "posture.journal.jsonl"
     }  # fmt: skip
@@ -126,3 +128,16 @@ def test_a_model_without_muscles_is_refused(tmp_path: Path, capsys: Capture) -> 
         inner = body.format(i, "1 0 0" if i % 2 else "0 1 0", inner)
     file = written(tmp_path / "arm.xml", f"<mujoco><worldbody>{inner}</worldbody></mujoco>")
     assert "arm.xml: the model has no muscles" in refused(capsys, "posture", POSES, "--model", file)
+
+
+def test_a_robot_takes_the_natural_swivel_angle(
+    arm, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot that is the human arm itself takes the swivel angle, and so the very posture."""
+    monkeypatch.setattr("selfmotion.cli.robot.read_robot", lambda path, model: arm)
+    file = written(tmp_path / "p.csv", HEADER + GOOD + "\n")
+    pose = answered(capsys, "posture", file, "--robot", "itself.urdf")["poses"][0]
+    assert pose["robot"]["status"] == "natural swivel angle"
+    assert pose["robot"]["swivel"] == pytest.approx(pose["swivel"], abs=1e-8)
+    T = forward_kinematics(arm.chain, pose["robot"]["q"], arm.tip("hand"))[0]
+    np.testing.assert_allclose(T[:3, 3], [float(v) for v in GOOD.split(",")[5:]], atol=1e-8)

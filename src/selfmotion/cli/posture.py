@@ -11,7 +11,7 @@ import typer
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
 from selfmotion.cli.frames import MODEL, FrameName, ground_from_file
 from selfmotion.cli.models import load_muscles
-from selfmotion.cli.options import Jobs, Json, Out, Quiet, Resume, Scheduler
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
 from selfmotion.cli.poses import transforms
 from selfmotion.cli.tables import Name, Rows, read_rows, with_unit_quaternions
@@ -20,6 +20,7 @@ from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
+    import pandas as pd
 
     from selfmotion.batch import Item, Outcome
     from selfmotion.methods.natural_posture import PostureFinder
@@ -144,6 +145,7 @@ def posture(
     ] = None,
     json: Json = False,
     out: Out = None,
+    report: Report = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
     resume: Resume = False,
@@ -170,6 +172,12 @@ def posture(
     written: list[Path] = []
     if out is not None:
         written = [save(document, out, "posture"), save_table(document, out)]
+    if report is not None:
+        from selfmotion.report.posture_page import write_posture_report
+
+        drawn = [(str(pose.id), T[i]) for i, pose in enumerate(document.poses) if pose.minima]
+        table = in_degrees(document)
+        written.append(write_posture_report(report, finder, drawn, table, document.provenance))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
     return finish(document, text, json=json, failed=sum(p.failed for p in document.poses))
 
@@ -320,19 +328,27 @@ def provenance_of(
 
 def save_table(document: PostureDocument, folder: Path) -> Path:
     """Write posture.csv: one row a pose, angles in radians."""
+    return write_whole(folder / "posture.csv", as_frame(document).to_csv(index=False))
+
+
+def as_frame(document: PostureDocument) -> "pd.DataFrame":
+    """Give a table, one row a pose, angles in radians."""
     import pandas as pd
 
-    table = pd.DataFrame(
-        {
-            "id": pose.id,
-            "status": pose.status,
-            "swivel": pose.swivel,
-            "effort": pose.effort,
-            **pose.q,
-        }
-        for pose in document.poses
+    return pd.DataFrame(
+        {"id": p.id, "status": p.status, "swivel": p.swivel, "effort": p.effort, **p.q}
+        for p in document.poses
     )
-    return write_whole(folder / "posture.csv", table.to_csv(index=False))
+
+
+def in_degrees(document: PostureDocument) -> "pd.DataFrame":
+    """Give the same table with angles in degrees."""
+    import numpy as np
+
+    table = as_frame(document)
+    angles = ["swivel", *document.coordinates]
+    table[angles] = np.degrees(table[angles].astype(float))
+    return table
 
 
 def as_text(document: PostureDocument) -> str:
