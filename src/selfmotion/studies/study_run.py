@@ -14,7 +14,7 @@ import pandas as pd
 
 from selfmotion.batch import Item, Outcome, Runner, run_batch
 from selfmotion.errors import FileFormatError, SelfmotionError
-from selfmotion.methods.identification import identify_weights
+from selfmotion.methods.identification import MotionArrays, identify_weights_from_arrays
 from selfmotion.methods.identification_options import DEFAULT_OPTIONS, Method
 from selfmotion.methods.uncontrolled_manifold import manifold_variance
 from selfmotion.methods.velocity_split import split
@@ -181,7 +181,16 @@ def estimate_groups(movements: Study, method: Method) -> dict[Key, WeightEstimat
     names = {"\n".join(key): key for key in groups}
 
     def identify(part: Study) -> WeightEstimate:
-        return identify_weights(part, method=method, options=options)
+        # One array each for all trials: many short trials run several times faster so.
+        joined = MotionArrays(
+            qd=np.concatenate([r.array("qd") for r in part]),
+            jacobian=np.concatenate([r.array("jacobian") for r in part]),
+            trial=np.repeat(np.arange(len(part)), [r.n_samples for r in part]),
+            q=np.concatenate([r.array("q") for r in part]) if method == "feedback" else None,
+            joints=part.joints,
+            name=part[0].name,
+        )
+        return identify_weights_from_arrays(joined, method=method, options=options)
 
     parts = {name: tuple(groups[key]) for name, key in names.items()}
     found = estimate_each(parts, identify, method)

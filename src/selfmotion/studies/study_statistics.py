@@ -129,8 +129,7 @@ def _levels(
         none = np.empty((0, 0))
         return {"joints": ([], none, none)}
     joints = pairs[0][0].joints
-    both = np.array([[a.weights, b.weights] for a, b in pairs])  # people, 2, joints
-    # Ratios mean something within one scale group only: the joints that all have, most often one.
+    both = np.array([[_largest_group(e) for e in pair] for pair in pairs])  # people, 2, joints
     known = np.asarray(np.isfinite(both).all(axis=(0, 1)))
     names = [joint for joint, there in zip(joints, known, strict=True) if there]
     first, second = both[:, 0][:, known], both[:, 1][:, known]
@@ -139,6 +138,12 @@ def _levels(
     # A segment's contribution is the sum over its joints; its weight is the inverse of that.
     summed = [1.0 / ((1.0 / w) @ member.T) if names else w for w in (first, second)]
     return {"joints": (names, first, second), "segments": (segments, summed[0], summed[1])}
+
+
+def _largest_group(estimate: WeightEstimate) -> np.ndarray:
+    """Give the weights of the largest group, NaN elsewhere: ratios mean nothing across groups."""
+    largest = max(estimate.groups, key=len)
+    return np.where(np.isin(estimate.joints, largest), estimate.weights, np.nan)
 
 
 def _test(

@@ -1,0 +1,168 @@
+"""`selfmotion weights DIR --study FILE.toml`: a whole study, from its files to its statistics."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from selfmotion.cli.batches import BatchChoices
+from selfmotion.cli.output import Document, Number, Part, finish, save
+from selfmotion.errors import RangeError
+from selfmotion.writing import write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from selfmotion.studies.study_run import StudyRun
+
+TABLES = ("trials", "groups", "weights", "tests", "changes")
+
+
+class StudyWeight(Part, frozen=True, kw_only=True):
+    """One joint of one person on one side in one condition; null: not identified (see reason)."""
+
+    subject: str
+    side: str
+    condition: str
+    joint: str
+    weight: Number
+    lower: Number
+    upper: Number
+    stderr_log: Number
+    contribution: Number
+    reason: str
+
+
+class StudyGroup(Part, frozen=True, kw_only=True):
+    """One person on one side in one condition."""
+
+    subject: str
+    side: str
+    condition: str
+    trials: int
+    task_share: Number
+    task_share_identity: Number
+    unexplained: Number
+    synergy: Number
+    synergy_z: Number
+    status: str
+
+
+class StudyTest(Part, frozen=True, kw_only=True):
+    """One comparison within people; without a test the sentence says why."""
+
+    comparison: str
+    level: str
+    people: int
+    sentence: str
+
+
+class FailedFile(Part, frozen=True, kw_only=True):
+    """A file that could not be used."""
+
+    file: str
+    status: str
+
+
+class StudyDocument(Document, frozen=True, tag="selfmotion/weights-study/1", kw_only=True):
+    """What came of a study; the tables in the --out folder hold more columns."""
+
+    n_files: int
+    failed: list[FailedFile]
+    weights: list[StudyWeight]
+    groups: list[StudyGroup]
+    tests: list[StudyTest]
+
+
+@dataclass(frozen=True)
+class StudyChoices:
+    """What the command line asks of a study.
+
+    Attributes:
+        study: the study file.
+        arm: name or model file.
+        method: estimator.
+        seed: of the sign flips.
+        batch: where it runs.
+        report: HTML file to write.
+        json: whether to print the document.
+    """
+
+    study: Path
+    arm: str | None
+    method: Literal["ml", "paper", "feedback"]
+    seed: int
+    batch: BatchChoices
+    report: Path | None
+    json: bool
+
+
+def weigh_study(folders: list[Path], choices: StudyChoices) -> int:
+    """Run a study and print or write what came of it."""
+    from selfmotion.batch import Runner
+    from selfmotion.cli.progress import progress
+    from selfmotion.studies.study_file import find_trials, load_study_file
+    from selfmotion.studies.study_run import StudyPlan, run_study
+
+    if choices.arm is None:
+        raise RangeError("--study: name the arm that moved, as in --arm upper_limb_anatomical")
+    study = load_study_file(choices.study)
+    plan = StudyPlan(
+        tuple(folders), study, choices.arm, choices.method, choices.batch.out, choices.seed
+    )
+    n_trials = len(find_trials(study, plan.folders))
+    where = choices.batch
+    with progress(n_trials, "trials", quiet=where.quiet) as done:
+        runner = Runner(jobs=where.jobs, scheduler=where.scheduler, resume=where.resume)
+        run = run_study(plan, runner, on_start=lambda _: done)
+    document = as_document(run)
+    written = []
+    if where.out is not None:
+        written = [save(document, where.out, "weights-study")]
+        for name in TABLES:
+            text = getattr(run, name).to_csv(index=False)
+            written.append(write_whole(where.out / f"{name}.csv", text))
+    if choices.report is not None:
+        from selfmotion.report.study_page import write_study_report
+
+        written.append(write_study_report(choices.report, run))
+    text = "\n".join([as_text(run), *(f"wrote {path}" for path in written)])
+    return finish(document, text, json=choices.json, failed=run.n_failed)
+
+
+def as_document(run: "StudyRun") -> StudyDocument:
+    """Give a study as its JSON document."""
+    bad = run.trials.loc[~run.trials["ok"].astype(bool)]
+    return StudyDocument(
+        provenance=run.provenance,
+        n_files=len(run.trials),
+        failed=[FailedFile(**row) for row in _rows(bad, FailedFile)],
+        weights=[StudyWeight(**row) for row in _rows(run.weights, StudyWeight)],
+        groups=[StudyGroup(**row) for row in _rows(run.groups, StudyGroup)],
+        tests=[StudyTest(**row) for row in _rows(run.tests, StudyTest)],
+    )
+
+
+def as_text(run: "StudyRun") -> str:
+    """Write a study as a person reads it."""
+    bad = run.trials.loc[~run.trials["ok"].astype(bool)]
+    lines = [f"{len(run.trials)} files, {len(bad)} of them could not be used"]
+    lines += [f"  {row['file']}: {row['status']}" for row in bad.to_dict("records")]
+    lines.append("person  side  condition: task share (all weights alike), synergy; status")
+    lines += [
+        f"{g['subject']}  {g['side']}  {g['condition']}: {g['task_share']:.2f} "
+        f"({g['task_share_identity']:.2f}), {g['synergy']:.2f}; {g['status']}"
+        for g in run.groups.to_dict("records")
+    ]
+    lines += [
+        f"{t['comparison']}, {t['level']}: {t['sentence']}" for t in run.tests.to_dict("records")
+    ]
+    return "\n".join(lines)
+
+
+def _rows(table: "pd.DataFrame", kind: type[Part]) -> list[dict[str, Any]]:
+    """Give a table's rows with the keys of a record; what is missing is null."""
+    keys = kind.__struct_fields__
+    if not len(table):
+        return []
+    rows = table.to_dict("records")
+    return [{k: None if row[k] != row[k] else row[k] for k in keys} for row in rows]
