@@ -33,7 +33,10 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     target.parent.mkdir(parents=True, exist_ok=True)
     if target.is_dir():
         raise IsADirectoryError(21, "a folder stands where the file should go", str(target))
-    handle, name = tempfile.mkstemp(".tmp" + target.suffix, f".{target.stem}-", target.parent)
+    try:
+        handle, name = tempfile.mkstemp(".tmp" + target.suffix, f".{target.stem}-", target.parent)
+    except OSError as error:  # name what was asked for, not the file aside
+        raise type(error)(error.errno, error.strerror, str(target)) from None
     os.close(handle)
     aside = Path(name)
     try:

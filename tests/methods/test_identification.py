@@ -189,7 +189,7 @@ INFINITE[4, 2] = np.inf
         ({"qd": GOOD_QD[:40]}, r"jacobian: expected shape \(40, any, 5\), found \(50, 3, 5\)"),
         ({"qd": GOOD_QD[:, 0]}, "expected 2 dimension"),
         ({"qd": GOOD_QD[:0], "jacobian": GOOD_J[:0]}, "0 samples"),
-        ({"xd": GOOD_QD[:, :3] + 5.0}, "xd differs from jacobian @ qd by .* allowed is 5 %"),
+        ({"xd": GOOD_QD[:, :3] + 5.0}, "xd differs from jacobian @ qd by .* allowed is 10 %"),
         ({"xd": GOOD_QD[:, :2]}, "xd: expected shape"),
         ({"jacobian": np.zeros((50, 3, 5))}, "rank-deficient in all 50 samples"),
         ({"jacobian": np.ones((50, 5, 5))}, "5 task rows for 5 joints"),

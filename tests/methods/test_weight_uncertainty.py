@@ -62,7 +62,7 @@ def test_interval_and_kinds():
     top = int(np.nanargmax(found.weights))
     assert found.stderr_log[top] == 0.0 and interval[top].tolist() == [1.0, 1.0]
     one = identify_weights_from_arrays(MotionArrays(arrays.qd, arrays.jacobian))
-    assert one.stderr_kind.startswith("single trial: clustered by 20 stretches")
+    assert one.stderr_kind.startswith("single trial: 5 stretches")
     frame = found.to_frame()
     assert list(frame["joint"]) == list(found.joints) and frame["reason"].tolist() == [""] * 3
 

@@ -1,5 +1,7 @@
 """Give a recording of joint angles the velocities, task motion and Jacobian of an arm."""
 
+import warnings
+
 import numpy as np
 
 from selfmotion.errors import NotFiniteError, UnknownNameError
@@ -7,6 +9,11 @@ from selfmotion.kinematics.arm import Arm
 from selfmotion.motion.filters import with_velocities
 from selfmotion.motion.recording import Frame, Recording, Study
 from selfmotion.redundancy.task import Task, task_for
+
+# A slower recording (samples a second) is no recording of a movement.
+SLOWEST_RATE = 2.0
+# Angles so far beyond an arm's limits (rad) count as outside: limits are those of adults at large.
+BEYOND_LIMITS = 0.2
 
 
 def attach_arm(
@@ -61,8 +68,35 @@ def attach_arm(
 def attach_arm_to_study(
     study: Study, arm: Arm, *, task: Task | None = None, cutoff: float | None = None
 ) -> Study:
-    """Do the same for every recording of a study."""
+    """Do the same for every recording of a study.
+
+    Warns, once for all, where the sampling rate or the angles are hardly those of a person:
+    a time in milliseconds or angles in another unit would otherwise give plausible numbers.
+    """
+    _warn_of_units(study, arm)
     return Study(tuple(attach_arm(r, arm, task=task, cutoff=cutoff) for r in study))
+
+
+def _warn_of_units(study: Study, arm: Arm) -> None:
+    slow = [r for r in study if r.rate is not None and r.rate < SLOWEST_RATE]
+    if slow:
+        warnings.warn(
+            f"{slow[0].name}: {slow[0].rate:.3g} samples a second; is its time in seconds?",
+            stacklevel=3,
+        )
+    lower, upper = arm.lower - BEYOND_LIMITS, arm.upper + BEYOND_LIMITS
+    outside = np.zeros(arm.n_joints, dtype=int)
+    for recording in study:
+        q = recording.array("q")[:, _columns(recording, arm)]
+        outside += ((q < lower) | (q > upper)).sum(axis=0)
+    if outside.any():
+        worst = int(np.argmax(outside))
+        warnings.warn(
+            f"{arm.joints[worst]}: {outside[worst]} of {study.n_samples} samples lie outside the "
+            f"limits of arm {arm.name} ({np.degrees(arm.lower[worst]):.0f} to "
+            f"{np.degrees(arm.upper[worst]):.0f} deg); are unit and sign those of the arm?",
+            stacklevel=3,
+        )
 
 
 def frame_of(arm: Arm) -> Frame:

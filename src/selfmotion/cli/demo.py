@@ -15,10 +15,14 @@ FOLDER = Path("demo")
 
 
 class ConditionWeights(Part, frozen=True, kw_only=True):
-    """Mean contribution of each joint in a condition, found and true; null if not identified."""
+    """Mean contribution (eq. 26) of each joint in a condition, found and true.
+
+    A joint that is not `identified` in anybody counts as 1, the paper's convention.
+    """
 
     condition: str
     joints: list[str]
+    identified: list[bool]
     contribution: list[Number]
     true_contribution: list[Number]
 
@@ -82,9 +86,12 @@ def contributions_of(shown: "Demonstration", condition: str) -> ConditionWeights
     from selfmotion.methods.weight_estimate import contributions
 
     true = np.mean([contributions(p.weights[condition]) for p in shown.made.people], axis=0)
+    table = shown.reaching.weights
+    known = table[(table["condition"] == condition) & table["identified"]]["joint"].unique()
     return ConditionWeights(
         condition=condition,
         joints=list(shown.study.joints),
+        identified=[joint in known for joint in shown.study.joints],
         contribution=numbers(shown.reaching.beta["ml"][condition]),
         true_contribution=numbers(true),
     )
@@ -95,9 +102,11 @@ def as_text(document: DemoDocument) -> str:
     lines = [f"{document.people} generated people, {document.recordings} movements"]
     for c in document.conditions:
         lines.append(f"{c.condition}: contribution of each joint, mean over people (true)")
-        for joint, found, true in zip(c.joints, c.contribution, c.true_contribution, strict=True):
+        rows = zip(c.joints, c.contribution, c.true_contribution, c.identified, strict=True)
+        for joint, found, true, known in rows:
             words = joint.replace("_", " ")
-            lines.append(f"  {words:20} {_two(found)} ({_two(true)})")
+            note = "" if known else "  not identified: no other joint can stand in; counts as 1"
+            lines.append(f"  {words:20} {_two(found)} ({_two(true)}){note}")
     lines += [f"wrote {path}" for path in document.files]
     lines.append(f"report: {document.report}")
     return "\n".join(lines)

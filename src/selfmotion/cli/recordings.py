@@ -1,18 +1,25 @@
 """Read the recordings that a command was given, with an arm where they hold angles only."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from selfmotion.errors import FileFormatError, ShapeError
+from selfmotion.errors import FileFormatError, RangeError, ShapeError
+from selfmotion.provenance import Provenance, hash_file
 
 if TYPE_CHECKING:
     from selfmotion.kinematics.arm import Arm
     from selfmotion.motion.recording import Study
 
 Inputs: TypeAlias = Annotated[
-    list[Path], typer.Argument(metavar="INPUT...", help="Files (.npz, .mat, .csv) or folders.")
+    list[Path],
+    typer.Argument(
+        metavar="INPUT...",
+        help="Files or folders: .npz and .mat (qd and jacobian), .csv, .mot, .sto (joint angles "
+        "in rad, or deg in columns named NAME_deg).",
+    ),
 ]
 ArmName: TypeAlias = Annotated[
     str | None,
@@ -45,7 +52,19 @@ def find_files(inputs: list[Path]) -> list[Path]:
         if not found:
             raise FileFormatError(f"{path}: no recording in this folder ({', '.join(SUFFIXES)})")
         files += found
+    known: set[Path] = set()
+    for path in files:
+        if path.resolve() in known:
+            raise RangeError(f"{path}: given twice; its movements would count twice")
+        known.add(path.resolve())
     return files
+
+
+def provenance_of(made: Provenance, inputs: list[Path], **choices: object) -> Provenance:
+    """Add files with their hashes, and what was chosen on the way from them, to a provenance."""
+    hashes = {str(path): hash_file(path) for path in find_files(inputs)}
+    known = {name: value for name, value in choices.items() if value is not None}
+    return replace(made, inputs=hashes, choices={**made.choices, **known})
 
 
 def read_study(

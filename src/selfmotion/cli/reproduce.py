@@ -7,7 +7,7 @@ import typer
 
 from selfmotion.cli.options import Json, Out, Quiet, Report, Seed
 from selfmotion.cli.output import Contract, Document, Part, finish, save
-from selfmotion.errors import unknown_name
+from selfmotion.errors import FileFormatError, unknown_name
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,6 +97,11 @@ def khoramshahi2022(
         from selfmotion.motion.files.mat import read_mat
 
         published = read_mat(data)
+        if published.layout not in study.LAYOUTS:
+            raise FileFormatError(
+                f"{data}: layout {published.layout!r}; allowed is a published data set of "
+                f"{' or '.join(study.LAYOUTS)}"
+            )
     size = study.Size(repeats=repeats, sweep_repeats=min(5, repeats))
     if people is not None:
         size = study.Size(

@@ -86,7 +86,12 @@ def _usage_trouble(error: Any) -> str:
 
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Show each warning as one line; those meant for developers stay as Python has them."""
+    """Show each warning as one line, when the command is done.
+
+    A command that refuses its input says one line only, so its warnings are not shown. Warnings
+    meant for developers stay as Python has them.
+    """
+    held: list[str] = []
 
     def show(
         message: Warning | str,
@@ -96,9 +101,11 @@ def _warnings_as_lines() -> Iterator[None]:
         file: TextIO | None = None,
         line: str | None = None,
     ) -> None:
-        say(f"warning: {message}")
+        held.append(f"warning: {message}")
 
     with warnings.catch_warnings():
         warnings.filterwarnings("always", category=UserWarning)
         warnings.showwarning = show
         yield
+    for sentence in dict.fromkeys(held):
+        say(sentence)

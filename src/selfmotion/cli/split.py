@@ -8,8 +8,15 @@ import typer
 
 from selfmotion.cli.options import Json, Out, Report
 from selfmotion.cli.output import Contract, Document, Number, Part, Vector, finish, numbers, save
-from selfmotion.cli.recordings import ArmName, Cutoff, Inputs, TaskName, read_study
-from selfmotion.errors import FileFormatError, RangeError, unknown_name
+from selfmotion.cli.recordings import (
+    ArmName,
+    Cutoff,
+    Inputs,
+    TaskName,
+    provenance_of,
+    read_study,
+)
+from selfmotion.errors import FileFormatError, RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
@@ -107,7 +114,9 @@ def split(
     parts = [split_recording(r, weights=W) for r in study]
     variances = manifold_variances(study)
     document = SplitDocument(
-        provenance=Provenance("split", choices={"weights": origin}),
+        provenance=provenance_of(
+            Provenance("split"), inputs, weights=origin, arm=arm, task=task, cutoff=cutoff
+        ),
         joints=list(joints),
         weights=numbers(W),
         weights_from=origin,
@@ -122,7 +131,9 @@ def split(
         from selfmotion.report.split_page import write_split_report
 
         written.append(write_split_report(report, study, W, parts, variances))
-    return finish(document, "\n".join([as_text(document), *map(str, written)]), json=json)
+    return finish(
+        document, "\n".join([as_text(document), *(f"wrote {path}" for path in written)]), json=json
+    )
 
 
 def choose_weights(text: str, study: "Study") -> "tuple[np.ndarray, str]":
@@ -152,6 +163,11 @@ def choose_weights(text: str, study: "Study") -> "tuple[np.ndarray, str]":
             f"--weights {text!r}: allowed are {IDENTIFY}, {EQUAL}, {len(joints)} numbers with "
             "commas between, or a .json file of `selfmotion weights`"
         ) from None
+    if len(values) != len(joints):
+        raise RangeError(
+            f"--weights {text}: {len(values)} numbers for {len(joints)} joints "
+            f"({', '.join(joints)})"
+        )
     return weight_vector(values, joints), "given"
 
 
@@ -159,8 +175,7 @@ def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
     """Read the weights of a weights.json; a joint without a number there counts as 1.
 
     Raises:
-        FileFormatError: the file is not such a document.
-        UnknownNameError: it has no weight for a joint.
+        FileFormatError: the file is not such a document, or lacks a joint.
     """
     from selfmotion.methods.velocity_split import weight_vector
 
@@ -171,7 +186,10 @@ def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
         raise FileFormatError(f"{path}: not a weights.json (no joints and weights in it)") from None
     for joint in joints:
         if joint not in named:
-            raise unknown_name("joint of the recordings", joint, tuple(named))
+            raise FileFormatError(
+                f"{path}: no weight for joint {joint!r} of the recordings (it has "
+                f"{', '.join(named)})"
+            )
     values = [named[joint] for joint in joints]
     return weight_vector([1.0 if v is None else v for v in values], joints)
 
@@ -245,8 +263,9 @@ def as_text(document: SplitDocument) -> str:
     for m in document.manifold:
         who = ", ".join(v for v in (m.subject, m.side, m.condition, m.target) if v) or "all"
         lines.append(
-            f"{who}: synergy index (z), mean over {m.n_trials} repetitions: "
+            f"{who}, {m.n_trials} repetitions: synergy index z "
             + ("unknown" if m.mean_synergy_z is None else f"{m.mean_synergy_z:.2f}")
+            + " (mean over the movement; above 0: variance is kept where the hand does not feel it)"
         )
     return "\n".join(lines)
 

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from selfmotion._version import __version__
-from selfmotion.cli.options import Json, Out, Report
+from selfmotion.cli.options import (
+    Jobs,
+    Json,
+    Out,
+    Quiet,
+    Report,
+    Resume,
+    Scheduler,
+    Seed,
+    StudyFile,
+)
 from selfmotion.cli.output import (
     Contract,
     Matrix,
@@ -18,7 +28,14 @@ from selfmotion.cli.output import (
     numbers,
     save,
 )
-from selfmotion.cli.recordings import ArmName, Cutoff, Inputs, TaskName, read_study
+from selfmotion.cli.recordings import (
+    ArmName,
+    Cutoff,
+    Inputs,
+    TaskName,
+    provenance_of,
+    read_study,
+)
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
@@ -82,6 +99,7 @@ class WeightsDocument(
     version: str = __version__
     provenance: Provenance
     n_dropped: int
+    n_rank_deficient: int
     per: str
     items: list[Item]
     comparators: Comparators
@@ -110,54 +128,78 @@ def weights(
     cutoff: Cutoff = None,
     method: Annotated[
         Literal["ml", "paper", "feedback"],
-        typer.Option("--method", help="ml: least null-space motion. paper: Algorithm 1."),
+        typer.Option(
+            "--method",
+            help="ml: least null-space motion. feedback: the same, with null-space motion that "
+            "posture drives. paper: Algorithm 1.",
+        ),
     ] = "ml",
     null_ratio: Annotated[
-        float, typer.Option("--null-ratio", help="γ of Algorithm 1, 0 to 1.")
-    ] = 0.9,
+        float | None,
+        typer.Option("--null-ratio", help="γ of Algorithm 1, 0 to 1; left out: 0.9."),
+    ] = None,
     null_schedule: Annotated[
-        Literal["constant", "printed"],
+        Literal["constant", "printed"] | None,
         typer.Option("--null-schedule", help="How γ goes on: constant, or as the paper prints it."),
-    ] = "constant",
+    ] = None,
     per: Annotated[
-        Literal["all", "recording", "trial", "window"],
-        typer.Option("--per", help="Also estimate each file, trial or time window alone."),
+        Literal["all", "person", "recording", "trial", "window"],
+        typer.Option(
+            "--per",
+            help="Also estimate each part alone: person, side and condition; file; trial; window.",
+        ),
     ] = "all",
     windows: Annotated[
-        int, typer.Option("--windows", help="Windows of a movement, with --per window.")
-    ] = 5,
+        int | None,
+        typer.Option("--windows", help="Windows of a movement, with --per window; left out: 5."),
+    ] = None,
+    study_file: StudyFile = None,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
+    resume: Resume = False,
+    seed: Seed = 0,
+    quiet: Quiet = False,
     json: Json = False,
     out: Out = None,
     report: Report = None,
 ) -> int:
     """Identify how costly each joint is, from recorded motion."""
+    if study_file is not None:
+        from selfmotion.cli.batches import BatchChoices
+        from selfmotion.cli.study_weights import StudyChoices, weigh_study
+
+        batch = BatchChoices("weights", out, jobs, scheduler, resume, quiet)
+        return weigh_study(inputs, StudyChoices(study_file, arm, method, seed, batch, report, json))
     from selfmotion.methods.identification import identify_weights
     from selfmotion.methods.weight_series import weights_by_window
 
+    warn_of_idle(method, per, null_ratio=null_ratio, null_schedule=null_schedule, windows=windows)
+    ratio, schedule = 0.9 if null_ratio is None else null_ratio, null_schedule or "constant"
     study, n_dropped = read_study(inputs, arm=arm, task=task, cutoff=cutoff).drop_gaps()
+    if per != "person" and not quiet:
+        warn_of_pooling(study)
 
     def identify(part: "Study") -> "WeightEstimate":
-        return identify_weights(
-            part, method=method, null_ratio=null_ratio, null_schedule=null_schedule
-        )
+        return identify_weights(part, method=method, null_ratio=ratio, null_schedule=schedule)
 
     pooled = identify(study)
     if per == "window":
         series = weights_by_window(
             study,
-            windows=windows,
+            windows=5 if windows is None else windows,
             method=method,
-            null_ratio=null_ratio,
-            null_schedule=null_schedule,
+            null_ratio=ratio,
+            null_schedule=schedule,
         )
         parts = dict(zip(series.names, series.estimates, strict=True))
     else:
         parts = parts_of(study, identify, per)
     items = [Item(name=n, failed=not e.status.ok, **record(e)) for n, e in parts.items()]
     document = WeightsDocument(
-        provenance=pooled.provenance,
+        provenance=provenance_of(pooled.provenance, inputs, arm=arm, task=task, cutoff=cutoff),
         **record(pooled),
         n_dropped=n_dropped,
+        n_rank_deficient=pooled.n_rank_deficient,
         per=per,
         items=items,
         comparators=comparators(study),
@@ -169,8 +211,37 @@ def weights(
         from selfmotion.report.weights_page import write_weights_report
 
         written.append(write_weights_report(report, study, pooled, identify))
-    text = "\n".join([as_text(pooled), *(f"wrote {path}" for path in written)])
-    return finish(document, text, json=json, failed=sum(item.failed for item in items))
+    texts = [as_text(pooled), *(f"\n{name}: {as_text(e)}" for name, e in parts.items())]
+    text = "\n".join([*texts, *(f"wrote {path}" for path in written)])
+    failed = sum(item.failed for item in items) + (not pooled.status.ok)
+    return finish(document, text, json=json, failed=failed)
+
+
+def warn_of_idle(method: str, per: str, **given: object) -> None:
+    """Say when an option has no effect."""
+    import warnings
+
+    idle = [name for name in ("null_ratio", "null_schedule") if given[name] is not None]
+    if idle and method != "paper":
+        names = " and ".join("--" + name.replace("_", "-") for name in idle)
+        warnings.warn(f"{names}: no effect with --method {method} (paper only)", stacklevel=2)
+    if given["windows"] is not None and per != "window":
+        warnings.warn(f"--windows: no effect with --per {per} (window only)", stacklevel=2)
+
+
+def warn_of_pooling(study: "Study") -> None:
+    """Say when people, sides or conditions are thrown together."""
+    import warnings
+
+    many = [
+        f"{len(values)} {label}s"
+        for label in ("subject", "side", "condition")
+        if len(values := set(study.values(label))) > 1
+    ]
+    if many:
+        warnings.warn(
+            f"pooled over {', '.join(many)}; --per person estimates each alone", stacklevel=2
+        )
 
 
 def parts_of(
@@ -179,7 +250,14 @@ def parts_of(
     """Estimate each file or trial alone; one that fails says why, and the rest goes on."""
     from selfmotion.methods.weight_series import estimate_each
 
-    names = {"recording": lambda r: r.source, "trial": lambda r: r.name}
+    names = {
+        "person": lambda r: (
+            ", ".join(v for v in (r.labels.subject, r.labels.side, r.labels.condition) if v)
+            or "unlabelled"
+        ),
+        "recording": lambda r: r.source,
+        "trial": lambda r: r.name,
+    }
     if per not in names:
         return {}
     parts: dict[str, list[Recording]] = {}
@@ -262,6 +340,8 @@ def as_text(estimate: "WeightEstimate") -> str:
             f"{joint:{width}}  {estimate.weights[i]:6.3f}   {low:6.3f} - {high:6.3f}   "
             f"{estimate.contribution[i]:6.3f}"
         )
+    if estimate.n_rank_deficient:
+        lines.append(f"{estimate.n_rank_deficient} samples left out: the arm was singular there")
     lines.append(
         f"left to the null space: {100 * estimate.unexplained:.1f} % of squared joint velocity "
         f"({100 * estimate.unexplained_identity:.1f} % with all weights alike)"

@@ -23,6 +23,7 @@ from selfmotion.errors import RangeError, Status
 from selfmotion.methods.gauss_newton import Fit, Problem
 from selfmotion.methods.identification_passes import NO_FEEDBACK, Survey, algorithm_sums
 from selfmotion.methods.identification_samples import Samples
+from selfmotion.methods.weight_uncertainty import dependence
 
 LOWER = 1e-9
 """Lower bound of the box QP; the upper is 1."""
@@ -193,7 +194,8 @@ def fixed_point_covariance(problem: Problem, found: Survey, fit: Fit) -> np.ndar
     influence = _influence(found, here, ratio)
     shifts = -(influence @ centre) @ np.linalg.pinv(centre @ slope @ centre, rcond=1e-9).T
     G = len(shifts)
-    return G / (G - 1) * shifts.T @ shifts
+    weights = dependence(G, problem.samples.stretches)
+    return G / (G - 1) * shifts.T @ weights @ shifts
 
 
 def _centring(n: int, groups: tuple[tuple[int, ...], ...]) -> np.ndarray:

@@ -10,12 +10,10 @@ import numpy as np
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 from selfmotion.methods import identification_kernels as kernels
 from selfmotion.methods.identification_samples import Samples, by_cluster, sweep
+from selfmotion.motion.checks import CONSISTENCY
 
-TASK_TOLERANCE = 0.05
-"""Largest relative difference ‖ẋ - Jq̇‖/‖ẋ‖ (root of sums over all samples) that is let pass.
-
-Differentiating a recorded hand path and recorded angles apart makes a per cent or two; a Jacobian
-of the wrong arm, in the wrong frame or in the wrong unit makes tens of per cent."""
+STILL_SPEED = 1e-9
+"""Root mean square joint speed (rad/s) below which nothing moves: it is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +113,9 @@ def check_survey(samples: Samples, found: Survey) -> None:
         RangeError: fewer than two usable samples, no motion, or J does not fit ẋ.
     """
     m, n = samples.n_rows, len(samples.joints)
-    name = samples.parts[0].name if len(samples.parts) == 1 else f"{len(samples.parts)} recordings"
+    name = samples.parts[0].name
+    if len(samples.parts) > 1:
+        name += f" and {len(samples.parts) - 1} more recordings"
     if m >= n:
         raise ShapeError(
             f"{name}: jacobian has {m} task rows for {n} joints; allowed are fewer rows than joints"
@@ -130,12 +130,16 @@ def check_survey(samples: Samples, found: Survey) -> None:
             f"{name}: {found.n_used} usable sample(s) of {samples.n_all} "
             f"({found.n_gaps} hold NaN); at least 2 are needed"
         )
-    if np.trace(found.moment) == 0.0:
-        raise RangeError(f"{name}: qd is zero in all {found.n_used} samples; motion is needed")
-    if found.mismatch > TASK_TOLERANCE:
+    speed = float(np.sqrt(np.trace(found.moment) / found.n_used))
+    if speed < STILL_SPEED:
+        raise RangeError(
+            f"{name}: qd is zero in all {found.n_used} samples (rms {speed:.2g} rad/s; "
+            f"at least {STILL_SPEED:g} is motion)"
+        )
+    if found.mismatch > CONSISTENCY:
         raise RangeError(
             f"{name}: xd differs from jacobian @ qd by {100 * found.mismatch:.3g} % (over all "
-            f"samples); allowed is {100 * TASK_TOLERANCE:g} %: check arm, frame and units"
+            f"samples); allowed is {100 * CONSISTENCY:g} %: check arm, frame and units"
         )
 
 

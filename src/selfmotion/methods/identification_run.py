@@ -29,7 +29,12 @@ from selfmotion.methods.identification_passes import (
 )
 from selfmotion.methods.identification_samples import Samples
 from selfmotion.methods.weight_estimate import STILL_WEIGHT, WeightEstimate, contributions
-from selfmotion.methods.weight_uncertainty import eliminate_feedback, jackknife, sandwich
+from selfmotion.methods.weight_uncertainty import (
+    dependence,
+    eliminate_feedback,
+    jackknife,
+    sandwich,
+)
 from selfmotion.methods.weight_verdict import Evidence, Verdict, reach_verdict
 from selfmotion.motion.recording import GapWarning
 from selfmotion.provenance import Provenance, hash_arrays
@@ -136,12 +141,13 @@ def _evidence(
     needed = 2 + excitation.rank
     covariance = np.full_like(found.moment, np.inf)
     if n_clusters >= needed and structure.groups:
+        weights = dependence(len(sums.gradient_by_cluster), problem.samples.stretches)
         if plan.method == "paper":
             covariance = fixed_point_covariance(problem, found, fit)
         elif plan.options.stderr == "jackknife":
-            covariance = jackknife(excitation, sums)
+            covariance = jackknife(excitation, sums, weights)
         else:
-            covariance = sandwich(excitation, sums)
+            covariance = sandwich(excitation, sums, weights)
     limit = plan.options.max_stderr
     return Evidence(structure, excitation, covariance, limit, needed, n_clusters)
 
@@ -227,8 +233,14 @@ def _stderr_kind(problem: Problem, evidence: Evidence, plan: _Plan) -> str:
     if samples.n_clusters == samples.n_trials:
         return f"clustered by trial ({how})"
     if samples.n_trials == 1:
-        return f"single trial: clustered by {G} stretches of time ({how})"
-    return f"{samples.n_trials} trials, too few: clustered by {G} stretches of them ({how})"
+        return (
+            f"single trial: {G} stretches of it in place of repetitions ({how}); "
+            "holds for this trial, not for the person"
+        )
+    return (
+        f"{samples.n_trials} trials, too few: {G} stretches of them in place of repetitions "
+        f"({how}); holds for these trials, not for the person"
+    )
 
 
 def _status(fit: Fit, verdict: Verdict) -> Status:

@@ -23,8 +23,6 @@ THREAD_WORTH = 32_768
 """Below so many samples starting threads costs more than it saves."""
 SHORT_RUN = 16
 """Interleaved trial numbers with shorter runs than this are sorted (the only case of a copy)."""
-TARGET_CLUSTERS = 20
-"""Clusters aimed at when there are too few trials and trials are cut into stretches of time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +60,7 @@ class Samples:
         cluster: number of the cluster of each chunk, over all parts.
         n_trials: number of trials.
         n_clusters: number of clusters.
+        stretches: clusters that each trial was cut into, in the order of time; 1: none was cut.
     """
 
     joints: tuple[str, ...]
@@ -71,6 +70,7 @@ class Samples:
     cluster: np.ndarray
     n_trials: int
     n_clusters: int
+    stretches: int = 1
 
     @property
     def n_all(self) -> int:
@@ -148,7 +148,8 @@ def plan_chunks(joints: tuple[str, ...], parts: Sequence[Part], *, min_clusters:
     """Cut parts into chunks and say which cluster each chunk belongs to.
 
     A cluster is a trial. With fewer trials than `min_clusters` each trial is cut into equal
-    stretches of time, so that there are enough clusters for a standard error.
+    stretches of time, as few and so as long as gives enough clusters for a standard error:
+    neighbouring stretches depend on each other, the less so the longer they are.
     """
     offset = 0
     trials = []
@@ -156,9 +157,7 @@ def plan_chunks(joints: tuple[str, ...], parts: Sequence[Part], *, min_clusters:
         trials.append(part.trials + offset)
         offset = int(trials[-1].max()) + 1
     n_trials = len(np.unique(np.concatenate(trials)))
-    stretches = 1
-    if n_trials < min_clusters:
-        stretches = -(-max(TARGET_CLUSTERS, 2 * min_clusters) // n_trials)
+    stretches = -(-min_clusters // n_trials) if n_trials < min_clusters else 1
     bounds, cluster = [], []
     for part, numbers in zip(parts, trials, strict=True):
         rows = []
@@ -172,7 +171,7 @@ def plan_chunks(joints: tuple[str, ...], parts: Sequence[Part], *, min_clusters:
     labels = np.unique(np.array(cluster), return_inverse=True)[1]
     keep = tuple(np.zeros(len(part.qd), dtype=np.uint8) for part in parts)
     clusters = int(labels.max()) + 1
-    return Samples(joints, tuple(parts), keep, tuple(bounds), labels, n_trials, clusters)
+    return Samples(joints, tuple(parts), keep, tuple(bounds), labels, n_trials, clusters, stretches)
 
 
 def samples_from_recordings(

@@ -65,7 +65,8 @@ def weights_by_trial(
 ) -> WeightSeries:
     """Identify weights of each recording alone; arguments as in `identify_weights`.
 
-    Standard errors then rest on stretches of time within the trial.
+    Each estimate describes its trial: the standard errors rest on stretches of it, and slow
+    null-space motion of one trial shifts its weights by more than they say.
 
     Example:
         >>> t = np.linspace(0, 6, 60)

@@ -5,6 +5,7 @@ or, where there are too few trials, a stretch of time of one. For an estimate th
 Σ_g s_g(θ) = 0 with derivative A = Σ_g A_g, cluster g moves it by about δ_g = -A⁺ s_g:
 
 - sandwich: cov θ = G/(G-1) Σ_g δ_g δ_gᵀ (Liang-Zeger, with the usual factor for few clusters);
+  where trials had to be cut, its sum is over pairs of stretches, weighted by `dependence`;
 - jackknife: δ_g = (A - A_g)⁺ s_g, cov θ = (G-1)/G Σ_g (δ_g - δ̄)(δ_g - δ̄)ᵀ, one Newton step of
   leaving a trial out; it errs on the wide side where the sandwich errs on the narrow one.
 
@@ -19,6 +20,8 @@ from scipy.special import stdtrit  # scipy.stats takes a second to import
 from selfmotion.methods.identifiability import Excitation
 from selfmotion.methods.identification_passes import NormalEquations
 
+WHOLE_TRIAL_CRITICAL = 4.771
+"""95 % critical value of an estimate over its error by Bartlett's weights of the whole length."""
 PIVOT_TOLERANCE = 1e-12
 """Relative eigenvalue below which a direction of the feedback gains counts as not excited."""
 
@@ -48,18 +51,39 @@ def eliminate_feedback(
     return matrix[:n, :n] - gain @ matrix[n:, :n], vectors[..., :n] - vectors[..., n:] @ gain.T
 
 
-def sandwich(excitation: Excitation, sums: NormalEquations) -> np.ndarray:
-    """Give the cluster-robust covariance (n, n) of log-weights; see the module."""
+def dependence(n_clusters: int, stretches: int) -> np.ndarray:
+    """Weigh the products of clusters (G, G) in a sandwich.
+
+    Trials are independent: the unit matrix. Stretches of one trial are not, and how far they
+    depend on each other cannot be told from one movement. Then Bartlett's weights over the whole
+    trial, with the critical value that goes with them (4.771 at 95 %: Kiefer, Vogelsang and
+    Bunzel 2000, doi 10.1111/1468-0262.00128) in place of that of t.
+
+    Example:
+        >>> dependence(3, 1).tolist()
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    number = np.arange(n_clusters)
+    same_trial = number[:, None] // stretches == number[None, :] // stretches
+    apart = np.abs(number[:, None] - number[None, :])
+    weights = np.where(same_trial, 1.0 - apart / stretches, 0.0)
+    if stretches == 1:
+        return weights
+    return weights * (WHOLE_TRIAL_CRITICAL / interval_factor(0.95, n_clusters)) ** 2
+
+
+def sandwich(excitation: Excitation, sums: NormalEquations, weights: np.ndarray) -> np.ndarray:
+    """Give the cluster-robust covariance (n, n) of log-weights, `weights` from `dependence`."""
     n = len(excitation.scale)
     bread, scores = eliminate_feedback(sums.exact, sums.gradient_by_cluster, n)
     if not excitation.definite(bread):
         bread, scores = eliminate_feedback(sums.curvature, sums.gradient_by_cluster, n)
     shifts = scores @ excitation.inverse(bread)
     G = len(shifts)
-    return G / (G - 1) * shifts.T @ shifts
+    return G / (G - 1) * shifts.T @ weights @ shifts
 
 
-def jackknife(excitation: Excitation, sums: NormalEquations) -> np.ndarray:
+def jackknife(excitation: Excitation, sums: NormalEquations, weights: np.ndarray) -> np.ndarray:
     """Give the covariance (n, n) by leaving one cluster out at a time, one Newton step each."""
     n = len(excitation.scale)
     bread, _ = eliminate_feedback(sums.exact, sums.gradient, n)
@@ -73,7 +97,7 @@ def jackknife(excitation: Excitation, sums: NormalEquations) -> np.ndarray:
         shifts[g] = excitation.inverse(rest) @ profiled
     G = len(shifts)
     centred = shifts - shifts.mean(axis=0)
-    return (G - 1) / G * centred.T @ centred
+    return (G - 1) / G * centred.T @ weights @ centred
 
 
 def interval_factor(level: float, n_clusters: int) -> float:

@@ -9,6 +9,9 @@ from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 CHUNK = 65_536
 # No length, angle or speed is larger in any unit; products of such values still do not overflow.
 LARGEST = 1e50
+# Largest |xd - J qd| relative to |xd| at which both can belong to one movement. Measured
+# velocities differ from J qd by a few per cent; a wrong unit, sign or column by 30 % and more.
+CONSISTENCY = 0.1
 
 
 def check_time(time: np.ndarray) -> None:

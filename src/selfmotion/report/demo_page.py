@@ -91,7 +91,8 @@ def weights_section(shown: Demonstration) -> Section:
             ),
             Picture(
                 contribution_figure(reaching.weights),
-                "Contribution coefficients, mean over people.",
+                "Contribution coefficients (eq. 26), mean over people; a joint whose weight has no "
+                "effect (elbow flexion here) counts as 1.",
                 "Contribution of each joint in both conditions",
             ),
         ),
@@ -147,7 +148,8 @@ def manifold_section(shown: Demonstration) -> Section:
         "Variance over repetitions",
         words=(
             "Variance along the uncontrolled manifold leaves the hand where it is, variance "
-            "across it moves the hand. ΔV above 0 is called a synergy that stabilises the hand.",
+            "across it moves the hand. ΔV above 0 is called a synergy that stabilises the "
+            "hand; here it is below 0, since the generated people aim anew in every trial.",
         ),
         pictures=(
             Picture(

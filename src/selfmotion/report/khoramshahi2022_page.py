@@ -32,11 +32,9 @@ GENERATED = (
 
 def write_khoramshahi2022_report(path: str | Path, made: Reproduction) -> Path:
     """Write the report on a reproduction; give its path."""
-    comparable = int(np.count_nonzero(made.table["comparable"]))
-    summary = (
-        f"{comparable} of {len(made.table)} published numbers are computed as the paper "
-        "computed them and can be compared; the others are of the same kind, and say so."
-    )
+    kinds = made.table["kind"].value_counts()
+    counts = "; ".join(f"{count}: {kind}" for kind, count in kinds.items())
+    summary = f"{len(made.table)} published numbers beside ours. {counts}."
     sections = [comparison_section(made), *example_sections(made)]
     sections += [*reaching_sections(made.reaching), screen_section(made.screen)]
     footer = Footer((made.provenance,), ("Khoramshahi2022",))

@@ -216,7 +216,12 @@ def ratio_error_figure(
     for side in ("left", "bottom"):
         ax.spines[side].set_visible(False)
     ax.tick_params(length=0)
-    ax.set_title(f"standard error of the log-ratio (filled: ≤ {limit:g}, identified)")
+    figure.suptitle(
+        f"standard error of log-ratio\n(filled: ≤ {limit:g}, identified)",
+        fontsize=9,
+        x=0.02,
+        ha="left",
+    )
     return figure
 
 

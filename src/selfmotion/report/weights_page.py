@@ -6,7 +6,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from selfmotion.methods.coordination import principal_components, velocity_correlation
+from selfmotion.methods.coordination import (
+    principal_components,
+    relative_phase,
+    velocity_correlation,
+)
 from selfmotion.methods.weight_estimate import WeightEstimate
 from selfmotion.methods.weight_series import estimate_each
 from selfmotion.motion.recording import Study
@@ -23,6 +27,8 @@ from selfmotion.studies.velocity_profiles import split_bands
 from selfmotion.studies.weight_tables import weight_table
 
 Identify = Callable[[Study], WeightEstimate]
+PEOPLE = "Each point is a person; large marks are the geometric mean with its 95 % interval."
+ONE_PERSON = "The estimate with its 95 % interval (from the scatter between trials)."
 
 
 def write_weights_report(
@@ -67,12 +73,14 @@ def summary(study: Study, pooled: WeightEstimate) -> str:
         return f"No ratio of weights could be identified: {pooled.status.sentence}."
     group = pooled.groups[0]
     order = sorted(group, key=lambda joint: pooled.weights[pooled.joints.index(joint)])
-    share = 100.0 * (1.0 - pooled.unexplained)
+    share, alike = (
+        f"{100.0 * (1.0 - left):.1f} %"
+        for left in (pooled.unexplained, pooled.unexplained_identity)
+    )
     return (
         f"For the hand, {words(order[0])} is the joint that is moved most readily, and "
-        f"{words(order[-1])} the one that is spared. With these weights {share:.0f} % of the "
-        f"squared joint velocity serves the task; with all weights alike it would be "
-        f"{100.0 * (1.0 - pooled.unexplained_identity):.0f} %."
+        f"{words(order[-1])} the one that is spared. With these weights {share} of the "
+        f"squared joint velocity serves the task; with all weights alike it would be {alike}."
     )
 
 
@@ -82,6 +90,7 @@ def weights_section(
     """Show weights and contributions, with people as points."""
     table = weight_table(people)
     shown = pooled.to_frame().drop(columns=["group", "reason"])
+    shown["joint"] = [words(joint) for joint in shown["joint"]]
     return Section(
         "Weights",
         words=(
@@ -93,12 +102,12 @@ def weights_section(
         pictures=(
             Picture(
                 weights_figure(table),
-                "Each point is a person; bars are geometric mean and 95 % interval.",
+                PEOPLE if len({s for s, _ in people}) > 1 else ONE_PERSON,
                 "Inverse-kinematics weights of each joint, by person and condition",
             ),
             Picture(
                 contribution_figure(table),
-                "Contribution coefficients (eq. 26), mean over people.",
+                "Contribution coefficients (eq. 26); joints whose weight has no effect count as 1.",
                 "Stacked bars of the contribution of each joint, by condition",
             ),
         ),
@@ -196,14 +205,21 @@ def comparison_section(study: Study) -> Section:
     correlation.insert(0, "joint", names)
     shares = principal_components(study).share
     share_row = pd.DataFrame([shares], columns=[f"component {i + 1}" for i in range(len(shares))])
+    tables = [
+        Table(correlation, "Correlation of joint velocities."),
+        Table(share_row, "Share of the variance of joint velocity by principal component."),
+    ]
+    if all(r.q is not None and r.n_samples > 1 for r in study):
+        phase = np.degrees(relative_phase(study).mean_absolute)
+        table = pd.DataFrame(phase, columns=names)
+        table.insert(0, "joint", names)
+        caption = "Mean absolute continuous relative phase (degrees; 0: in phase, 180: opposite)."
+        tables.append(Table(table, caption))
     return Section(
         "For comparison: measures that do not know the task",
         words=(
             "Correlations and principal components describe which joints move together, not "
             "what for: they change when the targets change, even if the person does not.",
         ),
-        tables=(
-            Table(correlation, "Correlation of joint velocities."),
-            Table(share_row, "Share of the variance of joint velocity by principal component."),
-        ),
+        tables=tuple(tables),
     )

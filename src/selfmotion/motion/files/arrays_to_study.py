@@ -17,6 +17,7 @@ import numpy as np
 from selfmotion.arrays import as_float_array, require_finite
 from selfmotion.errors import RangeError, SelfmotionError, ShapeError, UnknownNameError
 from selfmotion.motion.checks import (
+    CONSISTENCY,
     check_shapes,
     refuse_infinite,
     refuse_partial_gaps,
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
 RUN_NAMES = (*LABEL_NAMES, "recording")
 KNOWN = (*FIELDS, "time", "dt", "joints", "rows", *RUN_NAMES, "frame_up", "frame_forward")
 NEEDED = "qd with jacobian, or q, or x"
-# Largest |xd - J qd| relative to |xd| at which both can belong to one movement. Measured
-# velocities differ from J qd by a few per cent; a wrong unit, sign or column by 30 % and more.
-CONSISTENCY = 0.1
 
 
 @contextmanager

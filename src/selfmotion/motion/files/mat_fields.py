@@ -15,8 +15,7 @@ import numpy as np
 
 from selfmotion.arrays import JacobianSamples
 from selfmotion.errors import FileFormatError
-from selfmotion.motion.checks import refuse_infinite, velocity_residual
-from selfmotion.motion.files.arrays_to_study import CONSISTENCY
+from selfmotion.motion.checks import CONSISTENCY, refuse_infinite, velocity_residual
 from selfmotion.motion.files.matlab import Tree
 
 VELOCITY = re.compile(r"vel|dot|speed|^d(q|x|theta|p)|^(q|x)d$|^(q|x)p$")
