@@ -18,18 +18,19 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, freeze, require_finite, require_shape
 from selfmotion.errors import RangeError, ShapeError, Status
+from selfmotion.methods import ik_kernels
+from selfmotion.methods.ik_arrays import Options, Rows
+from selfmotion.methods.ik_seeds import model_of
 from selfmotion.methods.ik_tasks import HandRows
-from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
+from selfmotion.methods.joint_limited_ik import solve_ik
 
 if TYPE_CHECKING:
     import pandas as pd
 
 # Error of a sample that counts as met (m, with angles times the rotation scale), and steps tried.
-MET, STEPS = 1e-6, 15
+MET, STEPS = 1e-6, 20
 # A joint that moves further between samples has jumped (rad or m), unless told otherwise.
 JUMP = 0.25
-# Keeps a step finite where the task loses rank (squared rows over weight).
-DAMPING = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,82 +136,37 @@ def follow(
     require_shape("time", times, (n_samples,))
     require_finite("time", times)
     dt = np.diff(times, prepend=2 * times[0] - times[min(1, n_samples - 1)])
-    if n_samples > 1 and not (dt > 0).all():
+    if n_samples == 1:
+        dt = np.ones(1)
+    if not (dt > 0).all():
         raise RangeError(f"time must increase; it does not at sample {int(np.argmin(dt))}")
     array = as_float_array("target", target)
     single = array.shape == (len(task.rows),) or (n_samples == 1 and array.shape == (4, 4))
-    targets = array[None] if single else array
-    before = _first(task, targets[0], start)
-    weights = [_weight(w, n) for w in _weights(costs or PathCosts())]
-    rest = before if costs is None or costs.rest is None else as_float_array("rest", costs.rest)
+    first = array if single else array[0]
+    before = _first(task, first, start)
+    pay = costs or PathCosts()
+    weights = np.array([_weight(w, n) for w in (pay.displacement, pay.velocity, pay.acceleration)])
+    if not (weights.sum(axis=0) > 0).all():
+        raise RangeError("costs: each joint needs a displacement, velocity or acceleration weight")
+    rest = before if pay.rest is None else as_float_array("rest", pay.rest).copy()
     require_shape("rest", rest, (n,))
     q, error = np.empty((n_samples, n)), np.empty(n_samples)
-    last, earlier = before, before
-    for k in range(n_samples):
-        step = dt[k] if n_samples > 1 else 1.0
-        v, a = weights[1] / step**2, weights[2] / step**4
-        h = weights[0] + v + a
-        if not (h > 0).all():
-            raise RangeError(
-                "costs: each joint needs a positive displacement, velocity or acceleration weight"
-            )
-        centre = (weights[0] * rest + v * last + a * (2 * last - earlier)) / h
-        q[k], error[k] = _nearest(task, targets[k], last, h, centre)
-        earlier, last = last, q[k]
+    axes = np.array(task.axes, dtype=np.int64)
+    rows = Rows(axes, task.mode, task.rotation_scale, np.ones(n))
+    tolerances = Options(MET, MET / task.rotation_scale, STEPS, 0, False)
+    ik_kernels.follow_batch(
+        model_of(task), rows, goals, weights, rest, before, dt, tolerances, q, error
+    )
     largest = float(np.abs(np.diff(q, axis=0)).max()) if n_samples > 1 else 0.0
     return FollowedPath(
-        task, times, freeze(q), error, error <= 10 * MET, largest, _status(error, largest, jump)
+        task,
+        times,
+        freeze(q),
+        freeze(error),
+        freeze(error <= 10 * MET),
+        largest,
+        _status(error, largest, jump),
     )
-
-
-def _nearest(
-    task: HandRows, target: np.ndarray, q: np.ndarray, h: np.ndarray, centre: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Minimise ``½ Σ h (q - centre)²`` on the task inside the limits, from a posture near by."""
-    scale = np.append(task.row_scale, task.rotation_scale)
-    best, best_error = q, np.inf
-    for _ in range(STEPS):
-        e = task.error(q, target)[0]
-        s = scale[: len(e)]
-        error = float(np.linalg.norm(s * e))
-        step = _step(s[:, None] * task.jacobian(q)[0], s * e, q, (h, centre), task)
-        if error < best_error or error <= MET:
-            best, best_error = q, error
-        if error <= MET and np.abs(step).max() < 1e-7:
-            break
-        q = q + step * min(1.0, 0.3 / max(float(np.abs(step).max()), 1e-300))
-    if best_error > MET:  # the local step failed: from the last posture by the robust solver
-        found = solve_ik(task, target, start=best, options=IkOptions(restarts=0))
-        if found.solved[0]:
-            return found.q[0], MET
-    return best, best_error
-
-
-def _step(
-    J: np.ndarray,
-    e: np.ndarray,
-    q: np.ndarray,
-    cost: tuple[np.ndarray, np.ndarray],
-    task: HandRows,
-) -> np.ndarray:
-    """Solve the step's quadratic programme: joints that pass a limit are set on it, in turn."""
-    h, centre = cost
-    lower, upper = task.arm.lower - q, task.arm.upper - q
-    wanted = np.clip(centre - q, lower, upper)
-    fixed, value = np.zeros(len(q), dtype=np.bool_), np.zeros(len(q))
-    for _ in range(len(q)):
-        free = ~fixed
-        Jf, hf = J[:, free], h[free]
-        right = e - J[:, fixed] @ value[fixed] - Jf @ wanted[free]
-        y = np.linalg.solve((Jf / hf) @ Jf.T + DAMPING / h.min() * np.eye(len(e)), right)
-        step = value.copy()
-        step[free] = wanted[free] + Jf.T @ y / hf
-        beyond = free & ((step < lower) | (step > upper))
-        if not beyond.any():
-            return step
-        value = np.where(beyond, np.clip(step, lower, upper), value)
-        fixed |= beyond
-    return np.clip(value, lower, upper)
 
 
 def device_circle(
@@ -236,15 +192,11 @@ def device_circle(
 
 def _first(task: HandRows, target: np.ndarray, start: ArrayLike | None) -> np.ndarray:
     if start is None:
-        return solve_ik(task, target).q[0]
+        return solve_ik(task, target).q[0].copy()  # one type for the kernel: writable
     q = as_float_array("start", start)
     require_shape("start", q, (task.arm.n_joints,))
     require_finite("start", q)
     return np.clip(q, task.arm.lower, task.arm.upper)
-
-
-def _weights(costs: PathCosts) -> tuple[ArrayLike, ArrayLike, ArrayLike]:
-    return costs.displacement, costs.velocity, costs.acceleration
 
 
 def _weight(weight: ArrayLike, n: int) -> np.ndarray:

@@ -111,7 +111,7 @@ def _followed(
             return Arc(*ends, found)
         if best is None or found.met.sum() > best.met.sum():
             best = found
-    if best is not None and best.met.all() and n_samples < FINEST:
+    if best is not None and n_samples < FINEST:
         return _followed(task, path, ends, FINER * n_samples, costs)
     if best is None:  # no posture met the middle once more: say where the nearest one is
         best = follow(task, targets, time=parameters, costs=costs)

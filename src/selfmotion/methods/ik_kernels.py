@@ -42,6 +42,8 @@ LONGEST_STEP = 1.2
 STATIONARY, SLOW_STEPS = 1e-6, 2
 # That part for a start among many, and for the last word on a target out of reach.
 HASTY, PATIENT = 0.6, 0.98
+# On a path: damping (squared rows over weight), longest step, and the step that counts as none.
+PATH_DAMPING, LONGEST_PATH_STEP, STILL = 1e-10, 0.3, 1e-7
 # Restarts from the nearest seeds; after them, so many seeds are passed over at each restart.
 NEAREST_FIRST, SKIPPED = 6, 2
 
@@ -667,3 +669,100 @@ def published_batch(model, rows, goals, scheme, starts, out):
                     d += w.J[r, j] * w.y[r]
                 unbounded[j] += rows.mobility[j] * d
         out.errors[k, 0], out.errors[k, 1] = np.sqrt(near), np.sqrt(turned)
+
+
+@njit(**KERNEL)
+def centred_step(model, q, mobility, centre, m, w):
+    """Fill the step of least ``½ Σ h (q + step - centre)²`` that closes the error in the limits.
+
+    `mobility` is 1/h. Joints that pass a limit are set on it, in turn.
+    """
+    lower, upper, J, free = model.lower, model.upper, w.J, w.free
+    step, rest, wanted, y, A, L = w.step, w.rest, w.q, w.y, w.A, w.L
+    n = q.shape[0]
+    largest = 0.0
+    for r in range(m):
+        rest[r] = w.error[r]
+    for j in range(n):
+        largest = max(largest, mobility[j])
+        wanted[j] = min(max(centre[j], lower[j]), upper[j]) - q[j]
+        free[j] = 1
+        for r in range(m):
+            rest[r] -= J[r, j] * wanted[j]
+    normal_matrix(J, m, free, mobility, PATH_DAMPING * largest, A)
+    for _ in range(n):
+        solve_positive(A, m, rest, L, y)
+        clamped = False
+        for j in range(n):
+            if not free[j]:
+                continue
+            d = 0.0
+            for r in range(m):
+                d += J[r, j] * y[r]
+            d = wanted[j] + mobility[j] * d
+            low, high = lower[j] - q[j], upper[j] - q[j]
+            if d < low or d > high:
+                d = low if d < low else high
+                free[j] = 0
+                clamped = True
+                add_joint(J, m, j, -mobility[j], A)
+                for r in range(m):
+                    rest[r] -= J[r, j] * (d - wanted[j])
+            step[j] = d
+        if not clamped:
+            break
+
+
+@njit(**KERNEL)
+def follow_one(model, rows, goals, k, cost, options, best, w):
+    """Move `best` to the cheapest posture near it that meets target k; give the error."""
+    mobility, centre = cost
+    position, rotation, angles = goals.position[k], goals.rotation[k], goals.angles[k]
+    q, step, n, m = w.trial, w.step, best.shape[0], n_rows(rows)
+    least = np.inf
+    for j in range(n):
+        q[j] = best[j]
+    for _ in range(options.max_iterations):
+        forward(model, q, w)
+        near, turned = residual(rows, position, rotation, angles, w)
+        error = np.sqrt(near + rows.scale**2 * turned)
+        if error < least or error <= options.position_tolerance:
+            least = error
+            for j in range(n):
+                best[j] = q[j]
+        task_jacobian(model, rows, w)
+        centred_step(model, q, mobility, centre, m, w)
+        longest = 0.0
+        for j in range(n):
+            longest = max(longest, abs(step[j]))
+        if error <= options.position_tolerance and longest < STILL:
+            break
+        shrink = min(1.0, LONGEST_PATH_STEP / max(longest, 1e-300))
+        for j in range(n):
+            q[j] = min(max(q[j] + shrink * step[j], model.lower[j]), model.upper[j])
+    if least > options.position_tolerance:  # the cost may have led astray: descend without it
+        near, turned, _, _ = descend(
+            model, rows, position, rotation, angles, options, PATIENT, best, w
+        )
+        least = np.sqrt(near + rows.scale**2 * turned)
+    return least
+
+
+@njit(**DRIVER)
+def follow_batch(model, rows, goals, weights, rest, before, dt, options, q, errors):
+    """Follow targets in turn; `weights` (3,n) are of displacement, velocity and acceleration."""
+    n = q.shape[1]
+    w = make_work(model.lead.shape[0], n)
+    mobility, centre = np.empty(n), np.empty(n)
+    last, earlier, now = before.copy(), before.copy(), before.copy()
+    for k in range(q.shape[0]):
+        for j in range(n):
+            v, a = weights[1, j] / dt[k] ** 2, weights[2, j] / dt[k] ** 4
+            h = weights[0, j] + v + a
+            mobility[j] = 1.0 / h
+            pull = weights[0, j] * rest[j] + v * last[j] + a * (2.0 * last[j] - earlier[j])
+            centre[j] = pull / h
+        errors[k] = follow_one(model, rows, goals, k, (mobility, centre), options, now, w)
+        for j in range(n):
+            q[k, j] = now[j]
+            earlier[j], last[j] = last[j], now[j]

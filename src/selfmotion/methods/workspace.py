@@ -52,7 +52,7 @@ class WorkspaceOptions:
         RangeError: a number is too small to mean anything.
     """
 
-    n_points: int = 4096
+    n_points: int = 8192
     shifts: int = 8
     slice_points: int = 256
     half_thickness: float = 0.01
@@ -332,10 +332,16 @@ def _decide(
 def _shifted_points(
     n_points: int, shifts: int, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Give points (shifts * n, 3) spread evenly over the unit cube, each shift moved at random."""
+    """Give points (shifts * n, 3) spread evenly over the unit cube.
+
+    Each shift is moved, turned and mirrored at random, so that no pattern shows in pictures.
+    """
     base = golden_steps(3) * np.arange(n_points)[:, None]
-    points = (base[None] + rng.random((shifts, 1, 3))) % 1.0
-    return points.reshape(-1, 3), freeze(np.repeat(np.arange(shifts), n_points))
+    parts = []
+    for _ in range(shifts):
+        steps = base[:, rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
+        parts.append((steps + rng.random(3)) % 1.0)
+    return np.concatenate(parts), freeze(np.repeat(np.arange(shifts), n_points))
 
 
 def _check_nested(arm: Arm, limited: Arm) -> None:
