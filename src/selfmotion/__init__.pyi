@@ -66,6 +66,38 @@ from selfmotion.methods.coordination import principal_components as principal_co
 from selfmotion.methods.coordination import relative_phase as relative_phase
 from selfmotion.methods.coordination import velocity_correlation as velocity_correlation
 
+# -- how a person will move, and why
+from selfmotion.methods.passive_motion import plan as plan
+from selfmotion.methods.passive_motion import plan_sequence as plan_sequence
+from selfmotion.methods.passive_motion import PlanSettings as PlanSettings
+from selfmotion.methods.joint_law import JointLaw as JointLaw
+from selfmotion.methods.joint_law import read_law as read_law
+from selfmotion.methods.planned_motion import PlannedMotion as PlannedMotion
+from selfmotion.methods.donders import fit_elasticity as fit_elasticity
+from selfmotion.methods.curvature import path_areas as path_areas
+
+# -- where a person can reach
+from selfmotion.methods.joint_limited_ik import solve_ik as solve_ik
+from selfmotion.methods.workspace import workspace as workspace
+from selfmotion.methods.constrained_path import follow as follow
+
+# -- the natural posture
+from selfmotion.arms.with_muscles import load_musculoskeletal_arm as load_musculoskeletal_arm
+from selfmotion.muscles.static_optimization import muscle_effort as muscle_effort
+from selfmotion.muscles.static_optimization import EffortOptions as EffortOptions
+from selfmotion.methods.natural_posture import natural_posture as natural_posture
+from selfmotion.methods.natural_posture import SearchOptions as SearchOptions
+from selfmotion.methods.hybrid_ik import hybrid_ik as hybrid_ik
+from selfmotion.redundancy.manifold import self_motion_manifold as self_motion_manifold
+from selfmotion.muscles.fitted import scale_to_person as scale_to_person
+from selfmotion.muscles.fitted import mirror_muscles as mirror_muscles
+
+# -- markers
+from selfmotion.motion.files import load_markers as load_markers
+from selfmotion.motion.markers import MarkerSet as MarkerSet
+from selfmotion.motion.orientations import Orientations as Orientations
+from selfmotion.motion.files.orientation import read_orientations as read_orientations
+
 # -- many at once
 from selfmotion.batch import Item as Item
 from selfmotion.batch import Outcome as Outcome

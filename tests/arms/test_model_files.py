@@ -214,3 +214,13 @@ class TestMemikrr:
         assert abs(T[:, :3, 3] - target[:, 5:8]).max() < 1e-3
         turn = Rotation.from_matrix(T[:, :3, :3]).inv() * Rotation.from_quat(target[:, 1:5])
         assert turn.magnitude().max() < 1e-2
+
+
+def test_model_without_any_name_is_refused_and_named(tmp_path):
+    file = tmp_path / "nameless.xml"
+    file.write_text(
+        '<mujoco><worldbody><body><joint type="hinge" axis="0 1 0"/>'
+        '<geom type="sphere" size=".1"/></body></worldbody></mujoco>'
+    )
+    with pytest.raises(ModelError, match=r"nameless.xml: no site or body has a name"):
+        read_model(file)

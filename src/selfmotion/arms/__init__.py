@@ -94,7 +94,7 @@ def arm_names() -> tuple[str, ...]:
 
 
 def load_arm(name_or_path: str | Path) -> Arm:
-    """Give an arm by its name, or read one from an MJCF (.xml) or URDF (.urdf) file.
+    """Give an arm by its name, or read one from an MJCF (.xml), URDF (.urdf) or .osim file.
 
     Args:
         name_or_path: one of `arm_names`, or a path.
@@ -116,8 +116,13 @@ def load_arm(name_or_path: str | Path) -> Arm:
         from selfmotion.arms.mjcf_urdf import read_model
 
         return read_model(path)
+    if path.suffix.lower() == ".osim":
+        from selfmotion.muscles.opensim_bridge import read_osim
+
+        return read_osim(path).arm
     if path.suffix or path.exists():
         raise FileFormatError(
-            f"{text}: an arm is read from {' or '.join(MODEL_SUFFIXES)}; this is {path.suffix!r}"
+            f"{text}: an arm is read from {', '.join(MODEL_SUFFIXES)} or .osim; "
+            f"this is {path.suffix!r}"
         )
     raise unknown_name("arm", text, arm_names())

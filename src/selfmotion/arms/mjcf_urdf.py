@@ -13,7 +13,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from selfmotion.errors import FileFormatError, RangeError
+from selfmotion.errors import FileFormatError, ModelError, RangeError, SelfmotionError
 from selfmotion.kinematics.arm import LANDMARKS, Arm
 from selfmotion.kinematics.chain import Tip
 from selfmotion.kinematics.forward import tip_positions
@@ -68,12 +68,16 @@ def read_model(path: str | Path, choices: ModelChoices | None = None) -> Arm:
     """
     file, wanted = Path(path), choices or ModelChoices()
     model, fixed, is_urdf = _compile(file)
-    taken = chain_from_mujoco(model, tip=wanted.tip, held={**fixed, **wanted.held})
+    try:
+        taken = chain_from_mujoco(model, tip=wanted.tip, held={**fixed, **wanted.held})
+        landmarks = _landmarks(taken, wanted)
+    except SelfmotionError as error:
+        raise type(error)(f"{file}: {error}") from None
     up, gravity = _directions(np.array(model.opt.gravity), wanted.up, is_urdf=is_urdf)
     return arm_from_chain(
         taken,
         name=file.stem,
-        landmarks=_landmarks(taken, wanted),
+        landmarks=landmarks,
         directions=(gravity, up, _forward(up, wanted.forward)),
         source=f"{file.name}; limits, masses and inertias as in the file",
     )
@@ -192,6 +196,8 @@ def _forward(up: np.ndarray, forward: tuple[float, float, float] | None) -> np.n
 def _landmarks(taken: MujocoChain, choices: ModelChoices) -> dict[str, Tip]:
     model, n_joints = taken.model, len(taken.chain.names)
     sites, bodies = _site_names(model), _body_names(model)
+    if not (choices.tip or sites or bodies):
+        raise ModelError("no site or body has a name; name at least the one that is the hand")
     hand = taken.tip(choices.tip or (sites or bodies)[-1])
     origins = [Tip(i, transform()) for i in range(n_joints)]
     found = {
