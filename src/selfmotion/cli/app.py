@@ -23,6 +23,7 @@ COMMANDS = {
     "arms": "List the arms with their joints, limits and sources.",
     "weights": "Identify how costly each joint is, from recorded motion.",
     "angles": "Find joint angles from markers: clusters, joint centres, inverse kinematics.",
+    "segment": "Find where movements begin and end, and their strokes.",
     "split": "Part joint velocity into what moves the hand and what does not.",
     "posture": "Find the natural posture for hand poses, by least muscle effort.",
     "effort": "Compute the muscle effort that holds postures, or makes a movement.",

@@ -1,0 +1,223 @@
+"""`selfmotion segment`: where movements begin and end, their strokes, and which stand apart."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from selfmotion.cli.options import Json, Out
+from selfmotion.cli.output import Contract, Document, Part, finish
+from selfmotion.cli.recordings import ArmName, Cutoff, TaskName
+from selfmotion.errors import RangeError, SelfmotionError
+from selfmotion.provenance import Provenance
+from selfmotion.writing import write_whole
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from selfmotion.motion.recording import Recording
+    from selfmotion.motion.strokes import StrokeRules
+
+
+# Low-pass of markers where none is asked for (Hz).
+MARKER_CUTOFF = 6.0
+
+
+class StrokePart(Part, frozen=True, kw_only=True):
+    """One stroke: seconds in the recording, metres along the path, m/s."""
+
+    onset_s: float
+    peak_s: float
+    offset_s: float
+    length_m: float
+    peak_speed: float
+
+
+class SegmentedMovement(Part, frozen=True, kw_only=True):
+    """One recording: from the first to the last motion, and its strokes.
+
+    `stands_apart`: path length or duration is more than two interquartile ranges from the median
+    of all recordings. A recording that could not be used has a status that says why.
+    """
+
+    name: str
+    onset_s: float | None
+    offset_s: float | None
+    duration_s: float | None
+    length_m: float | None
+    strokes: list[StrokePart]
+    stands_apart: bool
+    failed: bool
+    status: str
+
+
+class SegmentDocument(Document, frozen=True, tag="selfmotion/segment/1", kw_only=True):
+    """The movements of all recordings."""
+
+    movements: list[SegmentedMovement]
+
+
+CONTRACT = Contract(
+    SegmentDocument,
+    ("segment", "examples/markers_drink.csv", "--marker", "RFB", "--json"),
+)
+
+
+def segment(
+    inputs: Annotated[
+        list[Path], typer.Argument(metavar="INPUT...", help="Recordings, or marker files.")
+    ],
+    marker: Annotated[
+        str | None, typer.Option("--marker", help="Of marker files: whose speed counts.")
+    ] = None,
+    arm: ArmName = None,
+    task: TaskName = None,
+    cutoff: Cutoff = None,
+    share: Annotated[
+        float, typer.Option("--share", help="Share of peak speed that counts as rest.")
+    ] = 0.05,
+    valley: Annotated[
+        float,
+        typer.Option("--valley", help="Speed between strokes, as a share of the lower peak."),
+    ] = 0.5,
+    json: Json = False,
+    out: Out = None,
+) -> int:
+    """Find where movements begin and end, and their strokes."""
+    from selfmotion.motion.segment import stands_apart
+    from selfmotion.motion.strokes import StrokeRules
+    from selfmotion.provenance import hash_file
+
+    rules = StrokeRules(share=share, valley=valley)
+    found: list[SegmentedMovement] = []
+    if marker is None:
+        from selfmotion.cli.recordings import read_study
+
+        for recording in read_study(inputs, arm=arm, task=task, cutoff=cutoff):
+            found.append(_attempt(recording.name, lambda r=recording: _of_recording(r, rules)))
+    else:
+        for path in inputs:
+            found.append(_attempt(str(path), lambda p=path: _of_marker(p, marker, cutoff, rules)))
+    good = [i for i, m in enumerate(found) if not m.failed]
+    apart = stands_apart([found[i].length_m or 0.0 for i in good])
+    apart = apart | stands_apart([found[i].duration_s or 0.0 for i in good])
+    from msgspec.structs import replace
+
+    for i, far in zip(good, apart.tolist(), strict=True):
+        found[i] = replace(found[i], stands_apart=far)
+    hashes = {p.name: hash_file(p) for p in inputs if p.is_file()}
+    choices = {"share": share, "valley": valley, "marker": marker, "arm": arm, "cutoff_hz": cutoff}
+    document = SegmentDocument(
+        provenance=Provenance("segment", inputs=hashes, choices=choices), movements=found
+    )
+    text = as_text(document)
+    if out is not None:
+        text += f"\nwrote {write_table(document, out)}"
+    return finish(document, text, json=json, failed=len(found) - len(good))
+
+
+def _attempt(name: str, measure: Callable[[], SegmentedMovement]) -> SegmentedMovement:
+    """Measure one recording; one that fails says why, and the rest goes on."""
+    try:
+        return measure()
+    except SelfmotionError as error:
+        return SegmentedMovement(
+            name=name,
+            onset_s=None,
+            offset_s=None,
+            duration_s=None,
+            length_m=None,
+            strokes=[],
+            stands_apart=False,
+            failed=True,
+            status=str(error),
+        )
+
+
+def _of_recording(recording: "Recording", rules: "StrokeRules") -> SegmentedMovement:
+    import numpy as np
+
+    from selfmotion.motion.filters import with_velocities
+
+    if recording.rate is None:
+        raise RangeError(f"{recording.name}: has no time in seconds")
+    moving = with_velocities(recording)
+    speed = np.linalg.norm(moving.array("xd")[:, :3], axis=1)
+    return _measured(recording.name, recording.time, speed, rules)
+
+
+def _of_marker(
+    path: Path, marker: str, cutoff: float | None, rules: "StrokeRules"
+) -> SegmentedMovement:
+    import numpy as np
+
+    from selfmotion.motion.files import load_markers
+    from selfmotion.motion.filters import differentiate, fill_gaps, low_pass
+
+    seen = load_markers(path)
+    points, _ = fill_gaps(seen.point(marker), seen.time, max_gap=0.2)
+    if seen.rate is not None:  # raw markers: noise at the ends would look like motion
+        points = low_pass(points, seen.rate, MARKER_CUTOFF if cutoff is None else cutoff)
+    speed = np.linalg.norm(differentiate(points, seen.time, points=3), axis=1)
+    return _measured(str(path), seen.time, speed, rules)
+
+
+def _measured(
+    name: str, time: "np.ndarray", speed: "np.ndarray", rules: "StrokeRules"
+) -> SegmentedMovement:
+    from selfmotion.motion.strokes import find_strokes, movement_span
+
+    strokes = find_strokes(speed, time, rules=rules)
+    first, last = movement_span(speed, share=rules.share)
+    return SegmentedMovement(
+        name=name,
+        onset_s=float(time[first]),
+        offset_s=float(time[last]),
+        duration_s=float(time[last] - time[first]),
+        length_m=float(sum(s.length for s in strokes)),
+        strokes=[
+            StrokePart(
+                onset_s=float(time[s.onset]),
+                peak_s=float(time[s.peak]),
+                offset_s=float(time[s.offset]),
+                length_m=s.length,
+                peak_speed=s.peak_speed,
+            )
+            for s in strokes
+        ],
+        stands_apart=False,
+        failed=False,
+        status=f"{len(strokes)} strokes",
+    )
+
+
+def write_table(document: SegmentDocument, folder: Path) -> Path:
+    """Write strokes.csv, one row a stroke."""
+    import pandas as pd
+    from msgspec.structs import asdict
+
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = [
+        {"recording": m.name, "stroke": i + 1, **asdict(s), "stands_apart": m.stands_apart}
+        for m in document.movements
+        for i, s in enumerate(m.strokes)
+    ]
+    return write_whole(folder / "strokes.csv", pd.DataFrame(rows).to_csv(index=False))
+
+
+def as_text(document: SegmentDocument) -> str:
+    """Write the movements as a person reads them."""
+    lines = []
+    for m in document.movements:
+        if m.failed:
+            lines.append(f"{m.name}: {m.status}")
+            continue
+        apart = "; stands apart from the others" if m.stands_apart else ""
+        lines.append(f"{m.name}: {m.onset_s:.2f} to {m.offset_s:.2f} s, {m.status}{apart}")
+        lines += [
+            f"  {s.onset_s:.2f} to {s.offset_s:.2f} s: {s.length_m:.3f} m, "
+            f"peak {s.peak_speed:.2f} m/s"
+            for s in m.strokes
+        ]
+    return "\n".join(lines)
