@@ -27,6 +27,7 @@ class ArmMotion:
         landmarks: landmark to its path in the laboratory (right, forward, up; m), with its
             uncertainty and the disagreement between clusters.
         ground: (K, 3) path of the arm's ground frame (trunk, or shoulder) in the laboratory (m).
+        trunk: (K, 3, 3) the trunk's axes right, forward, up as columns, for ISB angles.
         swivel: (K,) swivel angle from the landmarks, rad ([Li2022] eq. 4); for a left arm as its
             mirror image, so that positive is outwards on both sides.
     """
@@ -35,6 +36,7 @@ class ArmMotion:
     ik: MarkerIk
     landmarks: Mapping[str, Fused]
     ground: Float[np.ndarray, "samples 3"]
+    trunk: Float[np.ndarray, "samples 3 3"]
     swivel: Float[np.ndarray, " samples"]
 
     @property
@@ -88,7 +90,8 @@ def angles_from_markers(
         frame=frame_of(person.arm),
         source=markers.source,
     )
-    return ArmMotion(recording, ik, landmarks, ground, swivel_of(person.side, landmarks))
+    axes = trunk.rotation @ person.trunk[:3, :3]
+    return ArmMotion(recording, ik, landmarks, ground, axes, swivel_of(person.side, landmarks))
 
 
 def swivel_of(side: str, landmarks: Mapping[str, Fused]) -> Float[np.ndarray, " samples"]:
