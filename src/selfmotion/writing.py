@@ -29,14 +29,16 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         >>> [file.name for file in folder.iterdir()]
         ['notes.txt']
     """
-    target = Path(path)
+    target = Path(path).resolve()  # a link stays, what it points to is replaced
     target.parent.mkdir(parents=True, exist_ok=True)
     if target.is_dir():
-        raise IsADirectoryError(21, "a folder stands where the file should go", str(target))
+        raise IsADirectoryError(21, "a folder stands where the file should go", str(path))
+    if target.exists() and not target.is_file():
+        raise OSError(22, "not a file that could be replaced", str(path))
     try:
         handle, name = tempfile.mkstemp(".tmp" + target.suffix, f".{target.stem}-", target.parent)
     except OSError as error:  # name what was asked for, not the file aside
-        raise type(error)(error.errno, error.strerror, str(target)) from None
+        raise type(error)(error.errno, error.strerror, str(path)) from None
     os.close(handle)
     aside = Path(name)
     try:

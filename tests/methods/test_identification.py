@@ -114,7 +114,7 @@ def test_recordings_and_one_array_with_trials_give_the_same():
     shuffled = np.random.default_rng(2).permutation(len(trial))
     mixed = identify(arrays[1][shuffled], arrays[2][shuffled], trial=trial[shuffled])
     assert pooled.n_trials == joined.n_trials == 12
-    assert pooled.stderr_kind == "clustered by trial (sandwich)"
+    assert pooled.stderr_kind == "clustered by trial (jackknife)"
     assert pooled.joints == ("hip", "shoulder", "elbow")
     for other in (joined, mixed):
         np.testing.assert_allclose(other.weights, pooled.weights, rtol=1e-9)
@@ -147,7 +147,8 @@ def test_gaps_are_dropped_and_counted():
 def test_singular_samples_are_left_out_and_counted():
     qd, J = random_arm(np.random.default_rng(7), TRUE, samples=200)
     J[5, 1] = 2.0 * J[5, 0]
-    found = identify(qd, J)
+    with pytest.warns(UserWarning, match="1 of 200 samples are left out"):
+        found = identify(qd, J)
     assert found.n_rank_deficient == 1
     np.testing.assert_allclose(found.weights, TRUE, atol=1e-9)
 

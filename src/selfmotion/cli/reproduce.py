@@ -66,6 +66,8 @@ def reproduce(
     key = paper.lower()
     if key not in (*PAPERS, "all"):
         raise unknown_name("paper", paper, (*PAPERS, "all"))
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)  # before minutes of work
     found = khoramshahi2022(data, repeats=repeats, people=people, seed=seed)
     document = ReproduceDocument(
         provenance=found.provenance,

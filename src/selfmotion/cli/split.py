@@ -16,7 +16,7 @@ from selfmotion.cli.recordings import (
     provenance_of,
     read_study,
 )
-from selfmotion.errors import FileFormatError, RangeError
+from selfmotion.errors import FileFormatError, RangeError, ShapeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
@@ -110,6 +110,7 @@ def split(
 
     study, n_dropped = read_study(inputs, arm=arm, task=task, cutoff=cutoff).drop_gaps()
     joints = study.joints
+    refuse_still(study)
     W, origin = choose_weights(weights, study)
     parts = [split_recording(r, weights=W) for r in study]
     variances = manifold_variances(study)
@@ -136,6 +137,28 @@ def split(
     )
 
 
+def refuse_still(study: "Study") -> None:
+    """Refuse recordings in which nothing moves, or no joint could stand in for another.
+
+    Raises:
+        RangeError: there is no motion to split.
+        ShapeError: the arm is not redundant for the task.
+    """
+    import numpy as np
+
+    from selfmotion.methods.identification_passes import STILL_SPEED
+
+    speed = max(float(np.sqrt(np.mean(r.array("qd") ** 2))) for r in study)
+    if not speed > STILL_SPEED:
+        raise RangeError(f"{study[0].name}: qd is zero in all samples; motion is needed")
+    rows, joints = study[0].array("jacobian").shape[1:]
+    if rows >= joints:
+        raise ShapeError(
+            f"{study[0].name}: jacobian has {rows} task rows for {joints} joints; "
+            "allowed are fewer rows than joints"
+        )
+
+
 def choose_weights(text: str, study: "Study") -> "tuple[np.ndarray, str]":
     """Give the weights (n) that an option means, and where they come from.
 
@@ -151,6 +174,13 @@ def choose_weights(text: str, study: "Study") -> "tuple[np.ndarray, str]":
         from selfmotion.methods.identification import identify_weights
 
         found = identify_weights(study)
+        if not found.status.ok:
+            raise RangeError(
+                f"{study[0].name}: no weights to split by ({found.status.sentence}); "
+                f"name some, as in --weights {EQUAL}"
+            )
+        over = {joint for group in found.structural_groups for joint in group}
+        warn_of_unknown([joint for joint in found.unidentifiable if joint in over])
         return found.full_weights, f"identified from the same data ({found.method})"
     if text == EQUAL:
         return np.ones(len(joints)), "all alike"
@@ -171,6 +201,15 @@ def choose_weights(text: str, study: "Study") -> "tuple[np.ndarray, str]":
     return weight_vector(values, joints), "given"
 
 
+def warn_of_unknown(joints: list[str]) -> None:
+    """Say which joints have a weight that the data could not tell."""
+    import warnings
+
+    if joints:
+        names = ", ".join(joints)
+        warnings.warn(f"the shares rest on weights that are not identified: {names}", stacklevel=2)
+
+
 def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
     """Read the weights of a weights.json; a joint without a number there counts as 1.
 
@@ -181,7 +220,9 @@ def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
 
     try:
         document = json_module.loads(path.read_text(encoding="utf-8"))
-        named = dict(zip(document["joints"], document["weights"], strict=True))
+        known = [None if w is None else float(w) for w in document["weights"]]
+        named = dict(zip(document["joints"], known, strict=True))
+        relevant = {joint for group in document["structural_groups"] for joint in group}
     except (ValueError, KeyError, TypeError):
         raise FileFormatError(f"{path}: not a weights.json (no joints and weights in it)") from None
     for joint in joints:
@@ -191,6 +232,7 @@ def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
                 f"{', '.join(named)})"
             )
     values = [named[joint] for joint in joints]
+    warn_of_unknown([j for j, v in zip(joints, values, strict=True) if v is None and j in relevant])
     return weight_vector([1.0 if v is None else v for v in values], joints)
 
 

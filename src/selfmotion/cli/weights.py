@@ -36,6 +36,7 @@ from selfmotion.cli.recordings import (
     provenance_of,
     read_study,
 )
+from selfmotion.errors import SelfmotionError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
@@ -86,8 +87,8 @@ class Comparators(Part, frozen=True, kw_only=True):
     are there, `relative_phase_deg`: mean absolute continuous relative phase.
     """
 
-    correlation: Matrix
-    principal_shares: Vector
+    correlation: Matrix | None
+    principal_shares: Vector | None
     relative_phase_deg: Matrix | None
 
 
@@ -292,7 +293,7 @@ def record(estimate: "WeightEstimate") -> dict[str, Any]:
 
 
 def comparators(study: "Study") -> Comparators:
-    """Compute the measures that know nothing of the task."""
+    """Compute the measures that know nothing of the task; null where one does not exist."""
     import numpy as np
 
     from selfmotion.methods.coordination import (
@@ -301,12 +302,19 @@ def comparators(study: "Study") -> Comparators:
         velocity_correlation,
     )
 
+    def known(measure: Callable[[], "np.ndarray"]) -> Any:
+        try:
+            return numbers(measure())
+        except SelfmotionError:  # a constant velocity has no correlation; the weights stand
+            return None
+
     angles = all(r.q is not None and r.n_samples > 1 for r in study)
-    phase = np.degrees(relative_phase(study).mean_absolute) if angles else None
     return Comparators(
-        correlation=numbers(velocity_correlation(study)),
-        principal_shares=numbers(principal_components(study).share),
-        relative_phase_deg=None if phase is None else numbers(phase),
+        correlation=known(lambda: velocity_correlation(study)),
+        principal_shares=known(lambda: principal_components(study).share),
+        relative_phase_deg=known(lambda: np.degrees(relative_phase(study).mean_absolute))
+        if angles
+        else None,
     )
 
 

@@ -29,6 +29,8 @@ LOWER = 1e-9
 """Lower bound of the box QP; the upper is 1."""
 PRINTED_GAIN = 0.6
 """γ_{t+1} = γ_t + 0.6 (1 - γ_t), section 4.1."""
+FROZEN = 1e-12
+"""1 - γ below which an update changes nothing."""
 LAST_RATIO = 1.0 - 1e-4
 """γ at which the fixed point is examined when a schedule ends at 1, where every W is one."""
 DIFFERENCE = 1e-5
@@ -109,7 +111,7 @@ def algorithm_one(
         if status.ok or iteration == max_iterations:
             break
         ratio = schedule.at(iteration)
-        if ratio == 1.0 and schedule.settled(iteration):
+        if 1.0 - ratio < FROZEN and schedule.settled(iteration):
             status = _frozen(schedule, iteration)
             break
         new = _update(w, moment, sums.cross, ratio, problem.groups)

@@ -8,6 +8,7 @@ from selfmotion.methods import identification_kernels as kernels
 
 Method = Literal["ml", "paper", "feedback"]
 METHODS = ("ml", "paper", "feedback")
+STDERR = ("auto", "sandwich", "jackknife")
 TERMS = {"posture": kernels.POSTURE, "constant": kernels.CONSTANT}
 
 
@@ -22,7 +23,8 @@ class IdentificationOptions:
         start: first guess of w: ``"eigenvector"`` (of the linear problem), ``"ones"``, or numbers
             (ml, feedback; the paper starts at ones).
         feedback_terms: what drives the null-space motion: ``"posture"``, ``"constant"``, or both.
-        stderr: ``"sandwich"`` or ``"jackknife"`` (ml, feedback).
+        stderr: ``"sandwich"``, ``"jackknife"``, or ``"auto"``: the jackknife below 15 clusters,
+            where the sandwich is too narrow (ml, feedback).
         max_stderr: log-ratios with a larger standard error are not reported.
         hash_inputs: whether the provenance holds a hash of the data.
     """
@@ -31,7 +33,7 @@ class IdentificationOptions:
     max_iterations: int | None = None
     start: Literal["eigenvector", "ones"] | tuple[float, ...] = "eigenvector"
     feedback_terms: tuple[str, ...] = ("posture", "constant")
-    stderr: Literal["sandwich", "jackknife"] = "sandwich"
+    stderr: Literal["auto", "sandwich", "jackknife"] = "auto"
     max_stderr: float = 1.0
     hash_inputs: bool = True
 
@@ -40,8 +42,8 @@ class IdentificationOptions:
         for term in self.feedback_terms:
             if term not in TERMS:
                 raise unknown_name("feedback term", term, tuple(TERMS))
-        if self.stderr not in ("sandwich", "jackknife"):
-            raise unknown_name("stderr", self.stderr, ("sandwich", "jackknife"))
+        if self.stderr not in STDERR:
+            raise unknown_name("stderr", self.stderr, STDERR)
         if isinstance(self.start, str) and self.start not in ("eigenvector", "ones"):
             raise unknown_name("start", self.start, ("eigenvector", "ones"))
         if not isinstance(self.start, str) and not all(w > 0.0 for w in self.start):

@@ -39,6 +39,8 @@ from selfmotion.methods.weight_verdict import Evidence, Verdict, reach_verdict
 from selfmotion.motion.recording import GapWarning
 from selfmotion.provenance import Provenance, hash_arrays
 
+MANY_CLUSTERS = 15
+"""Clusters from which on the sandwich is no longer clearly too narrow."""
 STILL_TOLERANCE = 1e-8
 """A joint whose rms velocity is below this part of the largest one never moves."""
 MIN_CLUSTERS = 5
@@ -67,6 +69,12 @@ def identify_samples(
     if found.n_gaps:
         message = f"{found.n_gaps} of {samples.n_all} samples hold NaN and are left out"
         warnings.warn(message, GapWarning, stacklevel=3)
+    if found.n_rank_deficient:
+        message = (
+            f"{found.n_rank_deficient} of {samples.n_all} samples are left out: "
+            "the rows of their jacobian depend on each other"
+        )
+        warnings.warn(message, UserWarning, stacklevel=3)
     plan = _Plan(method, schedule, options)
     problem, structure, linear = _set_up(samples, found, plan)
     fit = _fit(problem, found, linear, plan)
@@ -139,17 +147,34 @@ def _evidence(
     structure, excitation, plan = basis
     n_clusters = int(np.count_nonzero(found.used_by_cluster))
     needed = 2 + excitation.rank
-    covariance = np.full_like(found.moment, np.inf)
+    covariance, how = np.full_like(found.moment, np.inf), ""
     if n_clusters >= needed and structure.groups:
         weights = dependence(len(sums.gradient_by_cluster), problem.samples.stretches)
         if plan.method == "paper":
-            covariance = fixed_point_covariance(problem, found, fit)
-        elif plan.options.stderr == "jackknife":
-            covariance = jackknife(excitation, sums, weights)
+            covariance, how = fixed_point_covariance(problem, found, fit), "delta method"
         else:
-            covariance = sandwich(excitation, sums, weights)
+            covariance, how = _covariance(excitation, sums, weights, plan.options)
     limit = plan.options.max_stderr
-    return Evidence(structure, excitation, covariance, limit, needed, n_clusters)
+    tentative = plan.method == "paper"
+    return Evidence(structure, excitation, covariance, limit, needed, n_clusters, how, tentative)
+
+
+def _covariance(
+    excitation: Excitation,
+    sums: NormalEquations,
+    weights: np.ndarray,
+    options: IdentificationOptions,
+) -> tuple[np.ndarray, str]:
+    """Give the covariance and how it was made: with few trials, the jackknife where it exists."""
+    G = len(weights)
+    independent = np.array_equal(weights, np.eye(G))
+    if options.stderr == "jackknife" or (
+        options.stderr == "auto" and independent and G < MANY_CLUSTERS
+    ):
+        covariance = jackknife(excitation, sums, weights)
+        if options.stderr == "jackknife" or np.isfinite(covariance).all():
+            return covariance, "jackknife"
+    return sandwich(excitation, sums, weights), "sandwich"
 
 
 def _report(
@@ -161,7 +186,10 @@ def _report(
     weights, contribution, stderr = _by_group(fit, verdict)
     full = np.where(problem.in_chain, np.exp(fit.log_weights), STILL_WEIGHT)
     inside = np.isfinite(weights)
-    covariance = np.where(inside[:, None] & inside[None, :], evidence.covariance, np.nan)
+    if not fit.status.ok:  # Algorithm 1, stopped on its way: a weight, but no error
+        stderr = np.full_like(stderr, np.nan)
+    shown = inside[:, None] & inside[None, :] & fit.status.ok
+    covariance = np.where(shown, evidence.covariance, np.nan)
     terms = plan.options.feedback_terms if plan.method == "feedback" else ()
     return WeightEstimate(
         joints=joints,
@@ -173,7 +201,7 @@ def _report(
         structural_groups=_names(joints, problem.groups),
         unidentifiable={joints[i]: reason for i, reason in verdict.reasons.items()},
         stderr_log=stderr,
-        stderr_kind=_stderr_kind(problem, evidence, plan),
+        stderr_kind=_stderr_kind(problem, evidence, plan, converged=fit.status.ok),
         log_covariance=covariance,
         method=plan.method,
         iterations=len(fit.history) - 1,
@@ -225,11 +253,13 @@ def _over_all_joints(problem: Problem, fit: Fit, inside: np.ndarray, plan: _Plan
     return contributions(np.where(matters, weights, 1.0))
 
 
-def _stderr_kind(problem: Problem, evidence: Evidence, plan: _Plan) -> str:
+def _stderr_kind(problem: Problem, evidence: Evidence, plan: _Plan, *, converged: bool) -> str:
     samples, G = problem.samples, evidence.n_clusters
     if G < evidence.clusters_needed:
         return f"none: {G} clusters, at least {evidence.clusters_needed} are needed"
-    how = plan.options.stderr if plan.method != "paper" else "delta method"
+    if not converged:
+        return "none: the fit did not converge"
+    how = evidence.how
     if samples.n_clusters == samples.n_trials:
         return f"clustered by trial ({how})"
     if samples.n_trials == 1:

@@ -192,7 +192,8 @@ def velocity_bands(
         >>> bands.mean["task"][0].round(9).tolist(), bands.spread["null"][0].round(9).tolist()
         ([2.0, 2.0], [0.0, 0.0])
     """
-    trials = Study((recordings,) if isinstance(recordings, Recording) else tuple(recordings))
+    given = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    trials = Study(tuple(trial for trial in given if trial.n_samples > 1))  # one has no course
     profiles: dict[str, list[np.ndarray]] = {"total": [], "task": [], "null": []}
     joints = trials.joints
     for trial in trials:

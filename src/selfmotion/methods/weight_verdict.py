@@ -33,6 +33,9 @@ class Evidence:
         limit: largest standard error of a log-ratio that is reported.
         clusters_needed: clusters without which no standard error is trusted.
         n_clusters: clusters there are.
+        how: how the covariance was made.
+        tentative: whether weights are reported, without standard errors, where the fit did not
+            converge: Algorithm 1 creeps, and the paper stops it at a threshold of its own.
     """
 
     structure: Structure
@@ -41,6 +44,8 @@ class Evidence:
     limit: float
     clusters_needed: int
     n_clusters: int
+    how: str
+    tentative: bool = False
 
 
 def reach_verdict(problem: Problem, fit: Fit, evidence: Evidence) -> Verdict:
@@ -48,6 +53,8 @@ def reach_verdict(problem: Problem, fit: Fit, evidence: Evidence) -> Verdict:
     structure = evidence.structure
     errors = contrast_errors(evidence.excitation, evidence.covariance)
     if evidence.n_clusters < evidence.clusters_needed:
+        errors = np.where(np.eye(len(errors), dtype=bool), 0.0, np.inf)
+    if not (fit.status.ok or evidence.tentative):  # away from a minimum a sandwich says nothing
         errors = np.where(np.eye(len(errors), dtype=bool), 0.0, np.inf)
     out = fit.at_bound | ~problem.moving
     errors[out] = errors[:, out] = np.inf
@@ -73,6 +80,8 @@ def _reason(i: int, problem: Problem, fit: Fit, evidence: Evidence, errors: np.n
         )
     if i in structure.idle:
         return "moves without moving the hand: it shares the null space with no other joint"
+    if not (fit.status.ok or evidence.tentative):
+        return fit.status.sentence
     if evidence.n_clusters < evidence.clusters_needed:
         return (
             f"too few samples for a standard error: {evidence.n_clusters} clusters, "

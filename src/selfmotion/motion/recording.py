@@ -365,9 +365,18 @@ class Study:
         return {key: Study(tuple(members)) for key, members in groups.items()}
 
     def drop_gaps(self) -> tuple["Study", int]:
-        """Leave out samples that hold NaN, with one :class:`GapWarning` for all recordings."""
-        pairs = [_without_gaps(recording) for recording in self]
-        dropped = sum(count for _, count in pairs)
+        """Leave out samples that hold NaN, with one :class:`GapWarning` for all recordings.
+
+        A recording of nothing but gaps is left out whole.
+
+        Raises:
+            NotFiniteError: no sample of any recording remains.
+        """
+        some = [recording for recording in self if not recording.gaps().all()]
+        if not some:
+            raise NotFiniteError(f"{self[0].name}: all samples hold NaN; none remains")
+        pairs = [_without_gaps(recording) for recording in some]
+        dropped = self.n_samples - sum(kept.n_samples for kept, _ in pairs)
         if not dropped:
             return self, 0
         sources = tuple(dict.fromkeys(r.source for r in self))

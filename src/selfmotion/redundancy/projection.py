@@ -82,8 +82,8 @@ def project(
     require_shape("jacobian", J, (None, None, None))
     require_finite("jacobian", J)
     n_rows, n = J.shape[1:]
-    if not damping >= 0.0:
-        raise RangeError(f"damping = {damping:g}: allowed is 0 and above")
+    if not 0.0 <= damping < np.inf:
+        raise RangeError(f"damping = {damping:g}: allowed is 0 and above, and finite")
     scale = _row_scale(row_scale, n_rows)
     right = _inverse_root(weights, J)  # L⁻ᵀ
     U, s, Vt = np.linalg.svd((scale[:, None] * J) @ right, full_matrices=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 SAME = "same computation"
-SAME_DATA = "same computation on the published recordings"
+SAME_DATA = "same computation on the recordings given"
 KIND = "same kind: recordings not at hand"
 TREND = "same trend"
 
