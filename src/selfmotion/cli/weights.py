@@ -332,7 +332,7 @@ def save_tables(
 
 def as_text(estimate: "WeightEstimate") -> str:
     """Write an estimate as a person reads it."""
-    width = max(len(joint) for joint in estimate.joints)
+    width = max(len("joint"), *(len(joint) for joint in estimate.joints))
     lines = [
         f"{estimate.n_samples} samples in {estimate.n_trials} trials; method {estimate.method}; "
         f"{estimate.status.sentence}",

@@ -186,7 +186,7 @@ def _flat(source: str, variables: Mapping[str, Tree]) -> PublishedDataset:
                 f"{', '.join(variables)})"
             )
     arrays = dict(motion.arrays)
-    for label in LABEL_NAMES:
+    for label in (*LABEL_NAMES, "joints", "rows"):
         value = variables.get(label)
         if isinstance(value, str | list) or (isinstance(value, np.ndarray) and value.size):
             arrays[label] = np.asarray(value).squeeze()

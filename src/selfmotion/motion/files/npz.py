@@ -95,6 +95,9 @@ def npz_arrays(path: str | Path) -> dict[str, np.ndarray]:
     if not Path(path).is_file():
         raise FileFormatError(f"{path}: no such file")
     try:
+        with open(path, "rb") as stream:
+            if stream.read(2) not in (b"PK", b"\x93N"):  # neither an archive nor a bare array
+                raise FileFormatError(f"{path}: not an .npz archive, whatever its name says")
         with open(path, "rb") as stream, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # old headers; what is wrong shows in the values
             archive = np.load(stream, allow_pickle=False)
