@@ -1,5 +1,10 @@
-"""`selfmotion reproduce`: each published number of a paper beside ours."""
+"""`selfmotion reproduce`: each published number of a paper beside ours.
 
+Studies that would take long run at the small sizes below; provenance says which.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,14 +12,22 @@ import typer
 
 from selfmotion.cli.options import Json, Out, Quiet, Report, Seed
 from selfmotion.cli.output import Contract, Document, Part, finish, save
-from selfmotion.errors import FileFormatError, unknown_name
+from selfmotion.errors import FileFormatError, RangeError, unknown_name
+from selfmotion.provenance import Provenance
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from selfmotion.studies.khoramshahi2022 import Reproduction
 
-PAPERS = ("khoramshahi2022",)
+# Data sets drawn for the numerical examples of khoramshahi2022, as in the paper.
+REPEATS = 100
+# Simulated people of tommasino2017 (the paper's six), and trials of each.
+PEOPLE, TRIALS = 6, 10
+# Heights of the slices of deboon (m), and samples round a circle.
+HEIGHTS, CIRCLE_SAMPLES = (-0.4, -0.2, 0.0, 0.2), 48
+# Poses of li2022 taken of the paper's grid, and how many of them are searched as the paper does.
+POSES, SEARCHED = 12, 1
 
 
 class NumberBeside(Part, frozen=True, kw_only=True):
@@ -43,18 +56,55 @@ CONTRACT = Contract(
 )
 
 
+@dataclass(frozen=True)
+class Asked:
+    """What was typed: `repeats` and `people` are None where they were left out."""
+
+    data: Path | None
+    repeats: int | None
+    people: int | None
+    seed: int
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """One paper, computed again; `write` writes its report to a path and gives the path."""
+
+    paper: str
+    numbers: list[NumberBeside]
+    provenance: Provenance
+    write: Callable[[Path], Path]
+
+
 def reproduce(
-    paper: Annotated[str, typer.Argument(metavar="PAPER", help=f"{', '.join(PAPERS)} or all.")],
+    paper: Annotated[
+        str,
+        typer.Argument(
+            metavar="PAPER", help="khoramshahi2022, tommasino2017, deboon, li2022 or all."
+        ),
+    ],
     data: Annotated[
         Path | None,
-        typer.Option("--data", metavar="FILE.mat", help="Run on a published data set."),
+        typer.Option(
+            "--data", metavar="FILE.mat", help="khoramshahi2022: run on a published data set."
+        ),
     ] = None,
     repeats: Annotated[
-        int, typer.Option("--repeats", min=1, help="Random data sets of the numerical examples.")
-    ] = 100,
+        int | None,
+        typer.Option(
+            "--repeats",
+            min=1,
+            help="khoramshahi2022: random data sets of the numerical examples; left out: 100.",
+        ),
+    ] = None,
     people: Annotated[
         int | None,
-        typer.Option("--people", min=2, help="Generated people; left out: as many as the paper."),
+        typer.Option(
+            "--people",
+            min=2,
+            help="khoramshahi2022, tommasino2017: generated people; left out: as many as the "
+            "paper.",
+        ),
     ] = None,
     json: Json = False,
     out: Out = None,
@@ -66,24 +116,65 @@ def reproduce(
     key = paper.lower()
     if key not in (*PAPERS, "all"):
         raise unknown_name("paper", paper, (*PAPERS, "all"))
+    asked = Asked(data, repeats, people, seed)
+    refuse_or_warn_of_idle(key, asked, report)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # before minutes of work
-    found = khoramshahi2022(data, repeats=repeats, people=people, seed=seed)
+    made = [PAPERS[name](asked) for name in (PAPERS if key == "all" else (key,))]
     document = ReproduceDocument(
-        provenance=found.provenance,
-        papers=["khoramshahi2022"],
-        numbers=records("khoramshahi2022", found.table),
+        provenance=joint_provenance(made, seed),
+        papers=[one.paper for one in made],
+        numbers=[number for one in made for number in one.numbers],
     )
     written: list[Path] = []
     if out is not None:
         written.append(save(document, out, "reproduce"))
-        report = report or out / "khoramshahi2022.html"
-    if report is not None:
-        from selfmotion.report.khoramshahi2022_page import write_khoramshahi2022_report
-
-        written.append(write_khoramshahi2022_report(report, found))
+        written += [one.write(report or out / f"{one.paper}.html") for one in made]
+    elif report is not None:
+        written.append(made[0].write(report))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
     return finish(document, text, json=json)
+
+
+def refuse_or_warn_of_idle(key: str, asked: Asked, report: Path | None) -> None:
+    """Refuse what would be misread, and say which options have no effect.
+
+    Raises:
+        RangeError: --data with another paper, or one report for several papers.
+    """
+    import warnings
+
+    if asked.data is not None and key != "khoramshahi2022":
+        raise RangeError(f"--data {asked.data}: allowed with khoramshahi2022 only, not with {key}")
+    if report is not None and key == "all":
+        raise RangeError(f"--report {report}: holds one paper, not all; --out DIR writes each")
+    if asked.repeats is not None and key not in ("khoramshahi2022", "all"):
+        warnings.warn(f"--repeats: no effect on {key} (khoramshahi2022 only)", stacklevel=2)
+    if asked.people is not None and key in ("deboon", "li2022"):
+        warnings.warn(
+            f"--people: no effect on {key} (khoramshahi2022 and tommasino2017 only)", stacklevel=2
+        )
+
+
+def joint_provenance(made: list[Made], seed: int) -> Provenance:
+    """Give the provenance of one paper, or that of several with the choices of each."""
+    if len(made) == 1:
+        return made[0].provenance
+    choices = {one.paper: dict(one.provenance.choices) for one in made}
+    return Provenance("reproduce all", seed=seed, choices=choices)
+
+
+def _khoramshahi2022(asked: Asked) -> Made:
+    from selfmotion.report.khoramshahi2022_page import write_khoramshahi2022_report
+
+    repeats = REPEATS if asked.repeats is None else asked.repeats
+    found = khoramshahi2022(asked.data, repeats=repeats, people=asked.people, seed=asked.seed)
+    return Made(
+        "khoramshahi2022",
+        records("khoramshahi2022", found.table),
+        found.provenance,
+        lambda path: write_khoramshahi2022_report(path, found),
+    )
 
 
 def khoramshahi2022(
@@ -113,6 +204,111 @@ def khoramshahi2022(
             screen=ScreenProtocol(n_people=people),
         )
     return study.reproduce(seed=seed, size=size, data=published)
+
+
+def _tommasino2017(asked: Asked) -> Made:
+    from selfmotion.report.tommasino2017_page import write_tommasino2017_report
+    from selfmotion.studies.center_out import CenterOut
+    from selfmotion.studies.tommasino2017_numbers import reproduce_tommasino2017
+
+    n_people = PEOPLE if asked.people is None else asked.people
+    protocol = CenterOut(n_trials=TRIALS)
+    found = reproduce_tommasino2017(asked.seed, n_people=n_people, protocol=protocol)
+    sized = with_size(found.provenance, {"n_trials": TRIALS})
+    found = replace(found, provenance=sized)
+    return Made(
+        "tommasino2017",
+        records("tommasino2017", found.table),
+        sized,
+        lambda path: write_tommasino2017_report(path, found, shown(found.table)),
+    )
+
+
+def _deboon(asked: Asked) -> Made:
+    import numpy as np
+
+    from selfmotion.report.deboon_page import write_deboon_report
+    from selfmotion.studies.deboon import StudySize, deboon_study
+
+    size = StudySize(n_samples=CIRCLE_SAMPLES, heights=HEIGHTS)
+    found = deboon_study(size=size, rng=np.random.default_rng(asked.seed))
+    choices = {
+        "n_points": size.options.n_points,
+        "shifts": size.options.shifts,
+        "heights": list(HEIGHTS),
+        "circle_samples": CIRCLE_SAMPLES,
+    }
+    provenance = Provenance("reproduce deboon", seed=asked.seed, choices=choices)
+    table = with_kinds(found.numbers)
+    return Made(
+        "deboon",
+        records("deboon", table),
+        provenance,
+        lambda path: write_deboon_report(path, found, shown(table), provenance),
+    )
+
+
+def _li2022(asked: Asked) -> Made:
+    from selfmotion.cli.models import load_muscles
+    from selfmotion.report.li2022_page import write_li2022_report
+    from selfmotion.studies.li2022 import Size
+    from selfmotion.studies.li2022 import reproduce as reproduce_li2022
+
+    model = load_muscles("myoarm", None)
+    found = reproduce_li2022(model, size=Size(most=POSES, published=SEARCHED))
+    size = {"poses": len(found.postures), "searched_as_paper": SEARCHED}
+    sized = with_size(found.provenance, size)
+    table = with_pose_remark(found.table)
+    return Made(
+        "li2022",
+        records("li2022", table),
+        sized,
+        lambda path: write_li2022_report(path, model, found, shown(table), sized),
+    )
+
+
+PAPERS: dict[str, Callable[[Asked], Made]] = {
+    "khoramshahi2022": _khoramshahi2022,
+    "tommasino2017": _tommasino2017,
+    "deboon": _deboon,
+    "li2022": _li2022,
+}
+
+
+def with_size(provenance: Provenance, size: dict[str, int]) -> Provenance:
+    """Add how much was computed to a provenance."""
+    return replace(provenance, choices={**provenance.choices, **size})
+
+
+def with_kinds(numbers: "pd.DataFrame") -> "pd.DataFrame":
+    """Give the table of deboon the columns of `published.beside`.
+
+    Lengths and limits are those that the arm is built from, so that agreement proves little.
+    """
+    known = numbers["published"].notna()
+    return numbers.assign(
+        published=[
+            f"{v:.4g}" if k else "–" for v, k in zip(numbers["published"], known, strict=True)
+        ],
+        ours=[f"{value:.4g}" for value in numbers["ours"]],
+        comparable=known,
+        kind=[
+            "taken over: the arm is built from it" if k else "published number not at hand"
+            for k in known
+        ],
+    )
+
+
+def with_pose_remark(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Say of the numbers of the example pose of li2022 that another pose gives others."""
+    hit = table["quantity"].str.startswith(("swivel angle with", "elbow displacement"))
+    remark = table["note"] + "; of one pose, chosen by its range alone: varies much with the pose"
+    return table.assign(note=table["note"].mask(hit, remark))
+
+
+def shown(table: "pd.DataFrame") -> "pd.DataFrame":
+    """Leave out the column that `kind` says in words."""
+    return table.drop(columns=["comparable"])
 
 
 def records(paper: str, table: "pd.DataFrame") -> list[NumberBeside]:

@@ -1,0 +1,76 @@
+"""The report of `selfmotion reproduce deboon`: its table and figures, what they mean."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from selfmotion.provenance import Provenance
+from selfmotion.report.html import Footer, Picture, Section, Table, write_report
+from selfmotion.report.workspace_figures import arcs_figure, slices_figure
+from selfmotion.studies.deboon import DeBoonStudy, DeviceResult
+
+PLANES = {"yz": "sagittal", "xz": "coronal"}
+
+
+def write_deboon_report(
+    path: str | Path, made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
+) -> Path:
+    """Write the report on a reproduction; give its path.
+
+    Args:
+        path: the HTML file.
+        made: the three scenarios, computed again.
+        numbers: each published number beside ours.
+        provenance: how it was made.
+    """
+    sections = [
+        Section(
+            "Published numbers beside ours",
+            words=(
+                "Lengths and limits are those that the arm is built from: that they agree shows "
+                "that they were taken over without error, and no more.",
+            ),
+            tables=(Table(numbers, "`kind` says what may be compared."),),
+        ),
+        workspace_section(made),
+        *(device_section(device) for device in made.devices),
+    ]
+    footer = Footer((provenance, made.workspace.provenance), ("DeBoon",))
+    title = "DeBoon et al., computed again"
+    return write_report(path, title, sections, summary=made.summary(), footer=footer)
+
+
+def workspace_section(made: DeBoonStudy) -> Section:
+    """Show scenario 1: the workspace with the elbow free and splinted."""
+    space = made.workspace
+    return Section(
+        "Scenario 1: the workspace",
+        pictures=(
+            Picture(
+                slices_figure(space),
+                "Horizontal slices, seen from above: what the splint leaves and what it takes.",
+                "Points reached in horizontal slices, with and without the splint",
+            ),
+        ),
+        tables=(
+            Table(space.to_frame(), "Volumes in cm³; shares of the free volume.", digits=4),
+            Table(space.slices_frame(), "Areas of the slices (m, m²)."),
+        ),
+    )
+
+
+def device_section(result: DeviceResult) -> Section:
+    """Show a scenario in which a device leads the palm round circles."""
+    scenario = result.scenario
+    return Section(
+        f"Scenario {scenario.number}: circles in the {PLANES[scenario.plane]} plane",
+        pictures=(
+            Picture(
+                arcs_figure(result),
+                "Above: the arcs of each circle that the palm can follow; dotted: the circles. "
+                "Below: the elbow along them.",
+                f"Feasible arcs of scenario {scenario.number} with the elbow free and splinted",
+            ),
+        ),
+        tables=(Table(result.to_frame(), "One row an arc."),),
+    )
