@@ -65,6 +65,28 @@ def test_a_frame_turns_and_moves_the_poses(arm, tmp_path: Path, capsys: Capture)
     assert there["poses"][0]["swivel"] == pytest.approx(here["poses"][0]["swivel"], abs=1e-4)
 
 
+def test_a_body_keeps_the_arm_out(arm, tmp_path: Path, capsys: Capture) -> None:
+    from scipy.spatial.transform import Rotation
+
+    from selfmotion.kinematics.body_shapes import BodyShapes
+
+    thorax = BodyShapes.of(arm).shapes["thorax"]
+    q = arm.random_postures(4000, np.random.default_rng(7))
+    T = forward_kinematics(arm.chain, q, arm.tip("hand"))
+    deepest = T[int(np.argmin(thorax.distance(T[:, :3, 3])))]
+    cells = [*Rotation.from_matrix(deepest[:3, :3]).as_quat(), *deepest[:3, 3]]
+    file = written(
+        tmp_path / "p.csv", HEADER + GOOD + "\n9," + ",".join(repr(float(v)) for v in cells) + "\n"
+    )
+    before = answered(capsys, "posture", file)
+    after = answered(capsys, "posture", file, "--body", "seated", code=1)
+    assert [pose["failed"] for pose in before["poses"]] == [False, False]
+    assert [pose["failed"] for pose in after["poses"]] == [False, True]
+    assert after["poses"][1]["status"] == "every posture meets an excluded body"
+    assert after["provenance"]["choices"]["body"] == "seated"
+    assert "body" not in before["provenance"]["choices"]
+
+
 def test_results_are_written_and_an_interrupted_run_goes_on(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -110,3 +110,13 @@ def test_a_bad_subject_is_one_line(tmp_path: Path, capsys: Capture, text: str, r
 def test_bad_options_are_one_line(capsys: Capture, options: tuple[str, ...], reason: str) -> None:
     words = options if "--points" in options else (*options, *QUICK)
     assert reason in refused(capsys, "workspace", *words)
+
+
+def test_a_body_is_cut_out_and_named(capsys: Capture) -> None:
+    free = answered(capsys, "workspace", *QUICK, "--slice", "-0.2")
+    cut = answered(capsys, "workspace", *QUICK, "--slice", "-0.2", "--body", "seated")
+    assert 0 < cut["volume_m3"]["free"] < free["volume_m3"]["free"]
+    assert cut["slices"][0]["area_m2"]["free"] < free["slices"][0]["area_m2"]["free"]
+    assert cut["provenance"]["choices"]["body"] == "seated"
+    assert "body" not in free["provenance"]["choices"]
+    assert "prone" in refused(capsys, "workspace", *QUICK, "--body", "prone")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
+from selfmotion.cli.body import NO_BODY, BodyName, body_choice, body_of
 from selfmotion.cli.frames import MODEL, FrameName, ground_from_file
 from selfmotion.cli.models import load_muscles
 from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
@@ -116,6 +117,7 @@ class PostureChoices:
     on_jump: str
     hand_load: float
     robot: str | None
+    body: str
 
 
 def posture(
@@ -143,6 +145,7 @@ def posture(
             "--robot", metavar="FILE.urdf", help="Give a 7-joint robot the natural swivel angle."
         ),
     ] = None,
+    body: BodyName = NO_BODY,
     json: Json = False,
     out: Out = None,
     report: Report = None,
@@ -155,7 +158,7 @@ def posture(
     batch = BatchChoices("posture", out, jobs, scheduler, resume, quiet)
     rows = with_unit_quaternions(read_rows(poses, COLUMNS[1:], bare=COLUMNS))
     choices = PostureChoices(
-        model, convention, search, on_jump, hand_load, None if robot is None else str(robot)
+        model, convention, search, on_jump, hand_load, None if robot is None else str(robot), body
     )
     finder = posture_finder(choices)
     robot_finder = None if robot is None else finder_of_robot(choices)
@@ -205,7 +208,9 @@ def posture_finder(choices: PostureChoices) -> "PostureFinder":
     model = load_muscles(choices.model, choices.convention)
     effort = replace(EffortOptions.of(model.convention), hand_load=choices.hand_load)
     search = SearchOptions(search=choices.search, on_jump=choices.on_jump)
-    return PostureFinder.of(model, effort=effort, search=search)
+    shapes = body_of(choices.body, model.arm)
+    clearance = None if shapes is None else shapes.clearance(model.arm)
+    return PostureFinder.of(model, effort=effort, search=search, clearance=clearance)
 
 
 @functools.lru_cache(maxsize=2)
@@ -322,6 +327,7 @@ def provenance_of(
         "lower": finder.effort.lower,
         "loads": list(finder.effort.loads),
         "frame": frame,
+        **body_choice(choices.body),
     }
     return Provenance("natural_posture", inputs=inputs, choices=settings)
 

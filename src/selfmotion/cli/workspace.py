@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from selfmotion.cli.body import NO_BODY, BodyName, body_choice, body_of
 from selfmotion.cli.ik import threads_for
 from selfmotion.cli.models import Limits, with_typed_limits
 from selfmotion.cli.options import Jobs, Json, Out, Report, Seed
@@ -103,6 +104,7 @@ def workspace(
     shifts: Annotated[
         int, typer.Option("--shifts", help="Independent shifts that give the standard error.")
     ] = 8,
+    body: BodyName = NO_BODY,
     json: Json = False,
     out: Out = None,
     report: Report = None,
@@ -123,16 +125,18 @@ def workspace(
     heights = list(HEIGHTS) if slices is None else slices
     # Without --compare the limited arm alone is looked at, under its own name.
     alone = None if compare else limited
+    shapes = body_of(body, free)
     space = find_workspace(
         alone or free,
         limited=limited if compare else None,
         heights=heights,
+        blocked=None if shapes is None else shapes.inside,
         options=options,
         rng=np.random.default_rng(seed),
     )
     name = "free" if alone is None else "limited"
     document = document_of(space, name, (free, limited), person)
-    document = replace_provenance(document, space, seed, subject)
+    document = replace_provenance(document, space, (seed, body), subject)
     if recording is not None:
         import msgspec
 
@@ -209,16 +213,23 @@ def ranges_of(arm: "Arm") -> list[list[Number]]:
 
 
 def replace_provenance(
-    document: WorkspaceDocument, space: "Workspace", seed: int, subject: Path | None
+    document: WorkspaceDocument,
+    space: "Workspace",
+    chosen: tuple[int, str],
+    subject: Path | None,
 ) -> WorkspaceDocument:
-    """Add seed and subject to where the result comes from."""
+    """Add seed, body and subject to where the result comes from."""
     import msgspec
 
     from selfmotion.provenance import hash_file
 
     files = {} if subject is None else {"subject": hash_file(subject)}
+    seed, body = chosen
     provenance: Provenance = replace(
-        space.provenance, seed=seed, inputs={**space.provenance.inputs, **files}
+        space.provenance,
+        seed=seed,
+        inputs={**space.provenance.inputs, **files},
+        choices={**space.provenance.choices, **body_choice(body)},
     )
     return msgspec.structs.replace(document, provenance=provenance)
 

@@ -235,7 +235,7 @@ def workspace(
         arm: the arm with the limits of a free person.
         limited: the same arm with narrower limits (``arm.with_limits``).
         heights: heights of slices above the ground's origin (m).
-        blocked: which points do not count, as ``body.contains``; left out: none.
+        blocked: which points do not count, as the body's ``inside``; left out: none.
         options: how finely to look.
         rng: draws the shifts; left out: ``np.random.default_rng(0)``.
 
@@ -319,7 +319,8 @@ def _decide(
         q[~inside] = np.nan
         task = screen.task
         stopped = np.concatenate(ends)
-        boundary[name] = forward_kinematics(task.arm.chain, stopped, task.arm.tip("hand"))[:, :3, 3]
+        edge = forward_kinematics(task.arm.chain, stopped, task.arm.tip("hand"))[:, :3, 3]
+        boundary[name] = edge if blocked is None else edge[~blocked(edge)]
         regions[name] = Region(name, points, freeze(inside.copy()), shift, size)
         learned.append(screen)
     if "limited" in regions:

@@ -149,12 +149,13 @@ class ManifoldFinder:
             inside = np.clip(starts, self.arm.lower + room, self.arm.upper - room)
             pieces, _ = tracer.pieces(inside)
         if clearance is not None:
+            failure = "every posture meets an excluded body" if pieces else failure
             pieces = [part for piece in pieces for part in clear_parts(piece, clearance)]
         pieces = sorted(without_doubles(pieces), key=lambda piece: piece.swivel_range)
         if pieces:
             status = Status(True, f"{len(pieces)} feasible interval(s) of swivel angle")
         else:
-            status = Status(False, failure or "every posture meets an excluded body")
+            status = Status(False, failure or "no feasible posture")
         return SelfMotionManifold(self.arm, goal, tuple(pieces), status)
 
     def _starts(self, goal: np.ndarray) -> np.ndarray:
