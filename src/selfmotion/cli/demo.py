@@ -87,7 +87,8 @@ def contributions_of(shown: "Demonstration", condition: str) -> ConditionWeights
 
     true = np.mean([contributions(p.weights[condition]) for p in shown.made.people], axis=0)
     table = shown.reaching.weights
-    known = table[(table["condition"] == condition) & table["identified"]]["joint"].unique()
+    of_condition = table[(table["condition"] == condition) & table["identified"]]
+    known = set(of_condition["joint"].tolist())
     return ConditionWeights(
         condition=condition,
         joints=list(shown.study.joints),
