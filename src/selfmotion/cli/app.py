@@ -27,6 +27,7 @@ COMMANDS = {
     "split": "Part joint velocity into what moves the hand and what does not.",
     "posture": "Find the natural posture for hand poses, by least muscle effort.",
     "effort": "Compute the muscle effort that holds postures, or makes a movement.",
+    "curvature": "Measure how far paths veer from straight lines, and to which side.",
     "ik": "Find postures inside the joint limits that bring the hand to targets.",
     "workspace": "Find where the hand can reach, and what limits take away.",
     "donders": "Fit the elasticity of a person's joints to postures.",
