@@ -114,6 +114,12 @@ def test_a_segment_is_as_near_as_the_nearest_of_many_places(name: str) -> None:
     assert (np.abs(segment_distance(SHAPES[name], a, b) - fine) <= spacing).all()
 
 
+@pytest.mark.parametrize("name", SHAPES)
+def test_an_unknown_point_has_no_distance_and_harms_no_other(name: str) -> None:
+    found = SHAPES[name].distance([[1.0, 0.0, 0.0], [np.nan, 0.0, 0.0]])
+    np.testing.assert_array_equal(np.isnan(found), [False, True])
+
+
 def test_bad_shapes_are_refused() -> None:
     with pytest.raises(RangeError, match="radius = 0"):
         capsule_of([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], 0.0)

@@ -13,14 +13,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import freeze, require_finite, require_shape
 from selfmotion.errors import RangeError
+from selfmotion.kinematics.ellipsoid_kernel import ellipsoid_distance
 
-# The iteration for an ellipsoid needs about six steps; more than this it never takes.
-MOST_STEPS = 60
-# Steps are done when the unknown changes by no more than this share of itself.
-STEP_TOLERANCE = 4e-15
-# Coordinates of a point below this share of the largest semi-axis count as this share: on a plane
-# of symmetry the nearest point may lie on either side, and one of the two is taken.
-SMALLEST = 1e-14
 # How far axes may be from orthonormal.
 ORTHONORMAL = 1e-9
 
@@ -96,21 +90,7 @@ class Ellipsoid:
             >>> egg.distance([[5.0, 0.0, 0.0]]).round(12)
             array([3.])
         """
-        y = np.abs((_points(points) - self.centre) @ self.axes)
-        y = np.maximum(y, SMALLEST * self.half.max())
-        least = self.half.min() ** 2
-        above = self.half**2 - least
-        weight = self.half * y
-        s = np.maximum((weight - above).max(axis=1), self.half.min() * y[:, self.half.argmin()])
-        for _ in range(MOST_STEPS):
-            ratio = weight / (s[:, None] + above)
-            total = (ratio**2).sum(axis=1)
-            slope = (ratio**2 / (s[:, None] + above)).sum(axis=1)
-            step = total * (np.sqrt(total) - 1.0) / slope
-            s = s + step
-            if (np.abs(step) <= STEP_TOLERANCE * s).all():
-                break
-        return (s - least) * np.linalg.norm(y / (s[:, None] + above), axis=1)
+        return ellipsoid_distance((_points(points) - self.centre) @ self.axes, self.half)
 
 
 @dataclass(frozen=True, eq=False)
