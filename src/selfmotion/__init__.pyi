@@ -81,6 +81,9 @@ from selfmotion.methods.joint_limited_ik import solve_ik as solve_ik
 from selfmotion.methods.workspace import workspace as workspace
 from selfmotion.methods.constrained_path import follow as follow
 
+# -- the body that an arm must not enter
+from selfmotion.kinematics.body_shapes import BodyShapes as BodyShapes
+
 # -- the natural posture
 from selfmotion.arms.with_muscles import load_musculoskeletal_arm as load_musculoskeletal_arm
 from selfmotion.muscles.static_optimization import muscle_effort as muscle_effort

@@ -26,7 +26,7 @@ from selfmotion.methods.posture_result import NaturalPosture
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.provenance import Provenance
 from selfmotion.redundancy.manifold import SelfMotionManifold
-from selfmotion.studies.published import KIND, TREND, Ours, Published, beside
+from selfmotion.studies.published import KIND, Ours, Published, beside
 
 # Poses count whose swivel angle may range over more than this (section IV-A).
 LEAST_RANGE = np.deg2rad(40.0)
@@ -299,11 +299,11 @@ def _ours(
     elbow = swivel["elbow_m"].to_numpy()
     scaled = "another arm: the paper's is scaled to a person"
     return (
-        Ours("fig3", tuple(float(v) for v in last), TREND, scaled),
+        Ours("fig3", tuple(float(v) for v in last), KIND, scaled),
         Ours("poses", (float(n_poses),), KIND, "limits, orientation and grid of the paper differ"),
-        Ours("fig4_range", (float(np.rad2deg(example_range)),), TREND, "the pose chosen for it"),
-        Ours("fig4", (float(off.mean()), float(off.std())), TREND, scaled),
-        Ours("eq12", (100.0 * float(elbow.max()),), TREND, scaled),
+        Ours("fig4_range", (float(np.rad2deg(example_range)),), KIND, "the pose chosen for it"),
+        Ours("fig4", (float(off.mean()), float(off.std())), KIND, scaled),
+        Ours("eq12", (100.0 * float(elbow.max()),), KIND, scaled),
         Ours("ik_time", (ik_ms,), KIND, "on this machine"),
         Ours("search_time", (search_s,), KIND, "the same search with this library's effort"),
     )
