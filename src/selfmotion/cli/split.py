@@ -222,7 +222,8 @@ def weights_of_file(path: Path, joints: tuple[str, ...]) -> "np.ndarray":
         document = json_module.loads(path.read_text(encoding="utf-8"))
         known = [None if w is None else float(w) for w in document["weights"]]
         named = dict(zip(document["joints"], known, strict=True))
-        relevant = {joint for group in document["structural_groups"] for joint in group}
+        groups = document.get("structural_groups", [list(named)])
+        relevant = {joint for group in groups for joint in group}
     except (ValueError, KeyError, TypeError):
         raise FileFormatError(f"{path}: not a weights.json (no joints and weights in it)") from None
     for joint in joints:
