@@ -10,7 +10,7 @@ from selfmotion.errors import FileFormatError, ModelError, RangeError, UnknownNa
 from selfmotion.kinematics.forward import forward_kinematics, geometric_jacobian
 from tests.kinematics.test_mujoco_chain import HARD, QUADRATIC, check
 
-MEMIKRR = Path("/work/shared/data/memikrr")
+MEMIKRR = Path(__file__).parents[3].joinpath("shared", "data", "memikrr")
 SIMPLE = MEMIKRR / "x_arm_musculoskeletal_simplified_joints_aligned_lql_noJointOffset.urdf"
 FULL = MEMIKRR / "x_arm_musculoskeletal_lql.urdf"
 

@@ -12,7 +12,7 @@ from selfmotion.capture.scaling import with_adult_ranges
 from selfmotion.motion.files.vicon_csv import read_vicon_csv
 from selfmotion.motion.labels import Frame
 
-DATA = Path("/work/shared/data/ue_adl")
+DATA = Path(__file__).parents[3].joinpath("shared", "data", "ue_adl")
 pytestmark = pytest.mark.skipif(
     not DATA.is_dir(), reason=f"the reaching recordings are not at {DATA}"
 )

@@ -11,7 +11,7 @@ from selfmotion.errors import FileFormatError, SelfmotionError
 from selfmotion.motion.files.vicon_csv import read_vicon_csv
 from selfmotion.motion.labels import Frame
 
-DATA = Path("/work/shared/data/ue_adl")
+DATA = Path(__file__).parents[3].joinpath("shared", "data", "ue_adl")
 
 LINES = [
     "Trajectories",

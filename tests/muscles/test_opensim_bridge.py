@@ -18,7 +18,7 @@ from .osim_models import small_arm, static_optimization
 
 osim = pytest.importorskip("opensim", reason="needs the extra: pip install 'selfmotion[opensim]'")
 
-REFERENCE = Path("/work/shared/data/memikrr")
+REFERENCE = Path(__file__).parents[3].joinpath("shared", "data", "memikrr")
 
 
 @pytest.fixture(scope="module")
