@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from selfmotion.arms import (
@@ -18,22 +17,8 @@ from selfmotion.kinematics.dynamics import gravity_torque, inertia_matrix
 from selfmotion.kinematics.forward import forward_kinematics, geometric_jacobian
 from selfmotion.kinematics.swivel import arm_swivel_angle
 from selfmotion.redundancy.task import Pointing, Position
+from tests.arms.closeness import RNG_SEED, equal, hand, random_angles
 from tests.arms.dh import craig_row
-
-RNG_SEED = 3
-
-
-def equal(actual: ArrayLike, expected: ArrayLike, message: str = "") -> None:
-    a, b = np.asarray(actual), np.asarray(expected)
-    np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-13, err_msg=message)
-
-
-def random_angles(n: int, k: int = 20) -> np.ndarray:
-    return np.random.default_rng(RNG_SEED).uniform(-np.pi, np.pi, (k, n))
-
-
-def hand(arm, q) -> np.ndarray:
-    return forward_kinematics(arm.chain, q, arm.tip("hand"))
 
 
 class TestPlanar:
