@@ -20,9 +20,9 @@ from scipy.optimize import least_squares
 from selfmotion.arms import load_arm
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import body_frames, forward_kinematics
-from selfmotion.methods.ik_seeds import seed_table
-from selfmotion.methods.ik_tasks import as_hand_rows
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
+from selfmotion.methods.reaching.ik_seeds import seed_table
+from selfmotion.methods.reaching.ik_tasks import as_hand_rows
 from selfmotion.redundancy.task import Pose, Position
 from selfmotion.spatial import log_rotation
 

@@ -22,9 +22,9 @@ from scipy.integrate import odeint
 
 from selfmotion.arms import srs7, wrist
 from selfmotion.methods.donders import fit_elasticity
-from selfmotion.methods.donders_posture import donders_postures
+from selfmotion.methods.elasticity.posture import donders_postures
+from selfmotion.methods.passive.wrist_kernels import wrist_velocity
 from selfmotion.methods.passive_motion import JointLaw, PlanSettings, plan
-from selfmotion.methods.wrist_kernels import wrist_velocity
 from selfmotion.redundancy.projection import project
 from selfmotion.redundancy.task import Pointing, Position
 

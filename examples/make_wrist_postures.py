@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from selfmotion.arms import wrist
-from selfmotion.methods.donders_posture import donders_postures
-from selfmotion.methods.joint_law import JointLaw
+from selfmotion.methods.elasticity.posture import donders_postures
+from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.redundancy.task import Pointing
 
 STIFFNESS = (0.5, 1.5, 2.0)

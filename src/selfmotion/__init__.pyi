@@ -52,10 +52,10 @@ from selfmotion.methods.identification import identify_weights as identify_weigh
 from selfmotion.methods.identification import (
     identify_weights_from_arrays as identify_weights_from_arrays,
 )
-from selfmotion.methods.weight_estimate import WeightEstimate as WeightEstimate
-from selfmotion.methods.weight_series import estimate_each as estimate_each
-from selfmotion.methods.weight_series import weights_by_trial as weights_by_trial
-from selfmotion.methods.weight_series import weights_by_window as weights_by_window
+from selfmotion.methods.weights.estimate import WeightEstimate as WeightEstimate
+from selfmotion.methods.weights.series import estimate_each as estimate_each
+from selfmotion.methods.weights.series import weights_by_trial as weights_by_trial
+from selfmotion.methods.weights.series import weights_by_window as weights_by_window
 from selfmotion.methods.velocity_split import split as split
 from selfmotion.methods.velocity_split import velocity_bands as velocity_bands
 from selfmotion.methods.uncontrolled_manifold import manifold_variance as manifold_variance
@@ -70,9 +70,9 @@ from selfmotion.methods.coordination import velocity_correlation as velocity_cor
 from selfmotion.methods.passive_motion import plan as plan
 from selfmotion.methods.passive_motion import plan_sequence as plan_sequence
 from selfmotion.methods.passive_motion import PlanSettings as PlanSettings
-from selfmotion.methods.joint_law import JointLaw as JointLaw
-from selfmotion.methods.joint_law import read_law as read_law
-from selfmotion.methods.planned_motion import PlannedMotion as PlannedMotion
+from selfmotion.methods.passive.joint_law import JointLaw as JointLaw
+from selfmotion.methods.passive.joint_law import read_law as read_law
+from selfmotion.methods.passive.planned_motion import PlannedMotion as PlannedMotion
 from selfmotion.methods.donders import fit_elasticity as fit_elasticity
 from selfmotion.methods.curvature import path_areas as path_areas
 

@@ -5,8 +5,8 @@ import pytest
 
 from selfmotion.arms import wrist
 from selfmotion.kinematics.forward import forward_kinematics
-from selfmotion.methods.donders_posture import donders_postures
-from selfmotion.methods.joint_law import JointLaw
+from selfmotion.methods.elasticity.posture import donders_postures
+from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.redundancy.task import Pointing
 from tests.cli.golden import ROOT
 from tests.cli.running import Capture, answered, refused, written

@@ -7,9 +7,9 @@ from scipy.optimize import minimize
 from selfmotion.arms import load_arm
 from selfmotion.errors import RangeError, ShapeError
 from selfmotion.methods.constrained_path import PathCosts, device_circle, follow
-from selfmotion.methods.feasible_arcs import feasible_arcs
-from selfmotion.methods.ik_tasks import HandRows
 from selfmotion.methods.joint_limited_ik import solve_ik
+from selfmotion.methods.reaching.feasible_arcs import feasible_arcs
+from selfmotion.methods.reaching.ik_tasks import HandRows
 
 ROWS = ("x", "y", "z", "rot_y")
 

@@ -8,17 +8,17 @@ from scipy.spatial.transform import Rotation
 from selfmotion.arms import planar, srs7, wrist
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 from selfmotion.methods.donders import ElasticityPrior, fit_elasticity
-from selfmotion.methods.donders_fit import (
+from selfmotion.methods.elasticity.fit import (
     PostureGeometry,
     entries,
     past_fold,
     residuals,
     symmetric,
 )
-from selfmotion.methods.donders_posture import donders_postures, task_hessian
-from selfmotion.methods.donders_surface import fit_surface
-from selfmotion.methods.joint_law import JointLaw
-from selfmotion.methods.orientations import Form, wrist_angles
+from selfmotion.methods.elasticity.orientations import Form, wrist_angles
+from selfmotion.methods.elasticity.posture import donders_postures, task_hessian
+from selfmotion.methods.elasticity.surface import fit_surface
+from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.methods.passive_motion import PlanSettings, plan
 from selfmotion.redundancy.task import Planar, Pointing, Position
 

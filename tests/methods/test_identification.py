@@ -128,7 +128,7 @@ def test_does_not_depend_on_threads(monkeypatch):
     results = []
     for threads in (1, 2):
         monkeypatch.setattr(
-            "selfmotion.methods.identification_samples.numba.get_num_threads", lambda t=threads: t
+            "selfmotion.methods.weights.samples.numba.get_num_threads", lambda t=threads: t
         )
         results.append(identify(qd, J, trial=trial))
     np.testing.assert_array_equal(results[0].weights, results[1].weights)

@@ -7,9 +7,15 @@ from scipy.optimize import least_squares
 from selfmotion.arms import load_arm
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError, UnknownNameError
 from selfmotion.kinematics.forward import forward_kinematics
-from selfmotion.methods.ik_seeds import seed_table
-from selfmotion.methods.ik_tasks import ROWS, HandRows, goals_of, roll_pitch_yaw, rotation_of
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
+from selfmotion.methods.reaching.ik_seeds import seed_table
+from selfmotion.methods.reaching.ik_tasks import (
+    ROWS,
+    HandRows,
+    goals_of,
+    roll_pitch_yaw,
+    rotation_of,
+)
 from selfmotion.redundancy.task import Pose, Position
 from selfmotion.spatial import exp_rotation, log_rotation
 

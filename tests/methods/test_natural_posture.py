@@ -5,6 +5,8 @@ from selfmotion.arms.with_muscles import load_musculoskeletal_arm
 from selfmotion.errors import FileFormatError, RangeError, UnknownNameError
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.kinematics.srs import SrsRelative
+from selfmotion.methods.effort.posture_result import NaturalPosture
+from selfmotion.methods.effort.two_phase_search import TwoPhaseOptions, two_phase_search
 from selfmotion.methods.hybrid_ik import hybrid_ik
 from selfmotion.methods.natural_posture import (
     PostureFinder,
@@ -12,8 +14,6 @@ from selfmotion.methods.natural_posture import (
     natural_posture,
     natural_postures,
 )
-from selfmotion.methods.posture_result import NaturalPosture
-from selfmotion.methods.two_phase_search import TwoPhaseOptions, two_phase_search
 from selfmotion.muscles.static_optimization import EffortOptions, muscle_effort
 
 

@@ -7,20 +7,24 @@ from scipy.optimize import minimize
 
 from selfmotion.arms import hip_shoulder_elbow, load_arm, planar, srs7, upper_limb, wrist
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError, UnknownNameError
+from selfmotion.methods.passive.potentials import (
+    EffortPotential,
+    GravityPotential,
+    JointLimitPotential,
+)
+from selfmotion.methods.passive.task_planners import (
+    ForceField,
+    MinimumJerk,
+    MovementPrimitive,
+    TargetSpring,
+)
+from selfmotion.methods.passive.tasks import arm_of, whole_task
 from selfmotion.methods.passive_motion import (
     JointLaw,
     PlanSettings,
     inertia_damping,
     plan,
     plan_sequence,
-)
-from selfmotion.methods.passive_motion_tasks import arm_of, whole_task
-from selfmotion.methods.potentials import EffortPotential, GravityPotential, JointLimitPotential
-from selfmotion.methods.task_planners import (
-    ForceField,
-    MinimumJerk,
-    MovementPrimitive,
-    TargetSpring,
 )
 from selfmotion.redundancy.projection import project
 from selfmotion.redundancy.task import Planar, Pointing, Pose, Position, RowMask

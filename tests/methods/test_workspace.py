@@ -10,8 +10,8 @@ from selfmotion.kinematics.arm import Arm, weightless
 from selfmotion.kinematics.chain import Chain, Tip
 from selfmotion.kinematics.fast_position import positions
 from selfmotion.kinematics.forward import forward_kinematics
-from selfmotion.methods.ik_tasks import HandRows
-from selfmotion.methods.reach_screen import reach_screen
+from selfmotion.methods.reaching.ik_tasks import HandRows
+from selfmotion.methods.reaching.screen import reach_screen
 from selfmotion.methods.workspace import WorkspaceOptions, workspace
 from selfmotion.redundancy.task import Position
 from selfmotion.spatial import transform

@@ -3,7 +3,7 @@ import io
 import numpy as np
 import pytest
 
-from selfmotion.methods.plan_settings import PlanSettings
+from selfmotion.methods.passive.settings import PlanSettings
 from selfmotion.report.planner_figures import (
     joint_trajectories_figure,
     net_area_figure,

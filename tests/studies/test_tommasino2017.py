@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from selfmotion.errors import RangeError
-from selfmotion.methods.joint_law import JointLaw
-from selfmotion.methods.plan_settings import PlanSettings
+from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.methods.passive.settings import PlanSettings
 from selfmotion.motion.labels import Labels
 from selfmotion.motion.recording import Recording, Study
 from selfmotion.studies.center_out import (

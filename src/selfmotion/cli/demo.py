@@ -83,7 +83,7 @@ def contributions_of(shown: "Demonstration", condition: str) -> ConditionWeights
     """Compare mean contributions, found and true."""
     import numpy as np
 
-    from selfmotion.methods.weight_estimate import contributions
+    from selfmotion.methods.weights.estimate import contributions
 
     true = np.mean([contributions(p.weights[condition]) for p in shown.made.people], axis=0)
     table = shown.reaching.weights

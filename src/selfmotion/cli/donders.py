@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from selfmotion.methods.donders import JointElasticity
-    from selfmotion.methods.donders_surface import DondersSurface
-    from selfmotion.methods.orientations import Form
+    from selfmotion.methods.elasticity.orientations import Form
+    from selfmotion.methods.elasticity.surface import DondersSurface
     from selfmotion.redundancy.task import Task
 
 TURN_VECTOR = ("rx", "ry", "rz")
@@ -211,9 +211,9 @@ def _from_arrays(path: Path) -> Postures:
 def surface_of(given: Postures, task: "Task") -> "DondersSurface | None":
     """Fit the quadratic surface to the orientations of the wrist's hand."""
     from selfmotion.kinematics.forward import forward_kinematics
-    from selfmotion.methods.donders_surface import fit_surface
-    from selfmotion.methods.orientations import wrist_angles
-    from selfmotion.methods.passive_motion_tasks import arm_of
+    from selfmotion.methods.elasticity.orientations import wrist_angles
+    from selfmotion.methods.elasticity.surface import fit_surface
+    from selfmotion.methods.passive.tasks import arm_of
     from selfmotion.spatial import log_rotation
 
     arm = arm_of(task)
@@ -228,7 +228,7 @@ def surface_record(surface: "DondersSurface | None") -> Surface | None:
     """Give the keys of a `Surface`."""
     if surface is None:
         return None
-    from selfmotion.methods.donders_surface import TERMS
+    from selfmotion.methods.elasticity.surface import TERMS
 
     return Surface(
         terms=list(TERMS),

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from selfmotion.batch import Item, Outcome
-    from selfmotion.methods.ik_seeds import SeedTable
-    from selfmotion.methods.ik_tasks import HandRows
+    from selfmotion.methods.reaching.ik_seeds import SeedTable
+    from selfmotion.methods.reaching.ik_tasks import HandRows
 
 TASKS = ("position", "pose", "rows=x,y,z,rot_y")
 TURNS = ("rot_x", "rot_y", "rot_z")
@@ -144,7 +144,7 @@ def held_rows(task: str) -> tuple[str, ...]:
     Raises:
         SelfmotionError: the text is none of those allowed.
     """
-    from selfmotion.methods.ik_tasks import ROWS
+    from selfmotion.methods.reaching.ik_tasks import ROWS
 
     if task in ("position", "pose"):
         return ROWS[:3] if task == "position" else ROWS
@@ -220,8 +220,8 @@ def goals_in_ground(rows: Rows, held: tuple[str, ...], T_ground_file: "np.ndarra
 @functools.lru_cache(maxsize=2)
 def task_and_seeds(choices: IkChoices) -> "tuple[HandRows, SeedTable]":
     """Build the task, and the table of postures to start from."""
-    from selfmotion.methods.ik_seeds import seed_table
-    from selfmotion.methods.ik_tasks import HandRows
+    from selfmotion.methods.reaching.ik_seeds import seed_table
+    from selfmotion.methods.reaching.ik_tasks import HandRows
 
     arm = with_typed_limits(load_any_arm(choices.arm), list(choices.limits))
     task = HandRows(arm, choices.rows)

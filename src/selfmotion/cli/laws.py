@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from selfmotion.kinematics.arm import Arm
-    from selfmotion.methods.joint_law import JointLaw
+    from selfmotion.methods.passive.joint_law import JointLaw
 
 FROM_DAMPING = "from-damping"
 # The wrist of [Tommasino2017] Fig. 3.
@@ -25,7 +25,7 @@ def law_of(path: Path | None, arm: "Arm") -> "JointLaw":
     """
     import numpy as np
 
-    from selfmotion.methods.joint_law import JointLaw, read_law
+    from selfmotion.methods.passive.joint_law import JointLaw, read_law
 
     if path is None:
         if arm.name != "wrist":

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from selfmotion.kinematics.arm import Arm
-    from selfmotion.methods.joint_law import JointLaw
+    from selfmotion.methods.passive.joint_law import JointLaw
     from selfmotion.methods.passive_motion import PlannedMotion, PlanSettings
     from selfmotion.redundancy.task import Task
 
@@ -36,7 +36,7 @@ def center_out_legs(
     """
     import numpy as np
 
-    from selfmotion.methods.donders_posture import donders_postures
+    from selfmotion.methods.elasticity.posture import donders_postures
     from selfmotion.methods.passive_motion import plan as plan_motion
     from selfmotion.redundancy.task import Pointing
     from selfmotion.studies.center_out import CENTRE, NAMES, target_places

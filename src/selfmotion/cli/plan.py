@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from selfmotion.kinematics.arm import Arm
-    from selfmotion.methods.joint_law import JointLaw
+    from selfmotion.methods.passive.joint_law import JointLaw
     from selfmotion.methods.passive_motion import PlannedMotion, PlanSettings
 
 
@@ -185,7 +185,7 @@ def with_choices(
     """Add planner, locked joints and damping."""
     from dataclasses import replace
 
-    from selfmotion.methods.task_planners import MinimumJerk, TargetSpring
+    from selfmotion.methods.passive.task_planners import MinimumJerk, TargetSpring
 
     pull = MinimumJerk() if planner == "minimum-jerk" else TargetSpring()
     return replace(settings, planner=pull, locked=locked, damping=damping)

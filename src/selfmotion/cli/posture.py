@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from selfmotion.batch import Item, Outcome
+    from selfmotion.methods.effort.posture_result import NaturalPosture
     from selfmotion.methods.natural_posture import PostureFinder
-    from selfmotion.methods.posture_result import NaturalPosture
     from selfmotion.redundancy.manifold import ManifoldFinder
 
 COLUMNS = ("id", "qx", "qy", "qz", "qw", "x", "y", "z")

@@ -9,7 +9,7 @@ from selfmotion.errors import FileFormatError, SelfmotionError
 if TYPE_CHECKING:
     import numpy as np
 
-    from selfmotion.methods.donders_result import ElasticityPrior
+    from selfmotion.methods.elasticity.result import ElasticityPrior
 
 ANGLES = ("rest", "rest_sd")
 FIELDS = ("stiffness", "stiffness_sd", "source", *ANGLES, *(f"{name}_deg" for name in ANGLES))
@@ -29,7 +29,7 @@ def read_prior(path: Path, n: int) -> "ElasticityPrior":
     """
     import numpy as np
 
-    from selfmotion.methods.donders_result import ElasticityPrior
+    from selfmotion.methods.elasticity.result import ElasticityPrior
 
     try:
         fields = tomllib.loads(path.read_text(encoding="utf-8"))

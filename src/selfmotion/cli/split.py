@@ -146,7 +146,7 @@ def refuse_still(study: "Study") -> None:
     """
     import numpy as np
 
-    from selfmotion.methods.identification_passes import STILL_SPEED
+    from selfmotion.methods.weights.passes import STILL_SPEED
 
     speed = max(float(np.sqrt(np.mean(r.array("qd") ** 2))) for r in study)
     if not speed > STILL_SPEED:

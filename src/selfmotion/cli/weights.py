@@ -41,7 +41,7 @@ from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
-    from selfmotion.methods.weight_estimate import WeightEstimate
+    from selfmotion.methods.weights.estimate import WeightEstimate
     from selfmotion.motion.recording import Recording, Study
 
 
@@ -172,7 +172,7 @@ def weights(
         batch = BatchChoices("weights", out, jobs, scheduler, resume, quiet)
         return weigh_study(inputs, StudyChoices(study_file, arm, method, seed, batch, report, json))
     from selfmotion.methods.identification import identify_weights
-    from selfmotion.methods.weight_series import weights_by_window
+    from selfmotion.methods.weights.series import weights_by_window
 
     warn_of_idle(method, per, null_ratio=null_ratio, null_schedule=null_schedule, windows=windows)
     ratio, schedule = 0.9 if null_ratio is None else null_ratio, null_schedule or "constant"
@@ -249,7 +249,7 @@ def parts_of(
     study: "Study", identify: "Callable[[Study], WeightEstimate]", per: str
 ) -> "dict[str, WeightEstimate]":
     """Estimate each file or trial alone; one that fails says why, and the rest goes on."""
-    from selfmotion.methods.weight_series import estimate_each
+    from selfmotion.methods.weights.series import estimate_each
 
     names = {
         "person": lambda r: (

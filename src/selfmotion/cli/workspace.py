@@ -242,8 +242,8 @@ def recorded_of(space: "Workspace", name: str, path: Path) -> Recorded:
     """
     import numpy as np
 
-    from selfmotion.methods.ik_tasks import HandRows
     from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
+    from selfmotion.methods.reaching.ik_tasks import HandRows
 
     points = recorded_points(space.arm, path)
     inside, farthest = {}, {}

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, freeze, require_finite, require_shape
 from selfmotion.errors import RangeError, ShapeError, Status
-from selfmotion.methods import ik_kernels
-from selfmotion.methods.ik_arrays import Options, Rows
-from selfmotion.methods.ik_seeds import model_of
-from selfmotion.methods.ik_tasks import HandRows
 from selfmotion.methods.joint_limited_ik import solve_ik
+from selfmotion.methods.reaching import ik_kernels
+from selfmotion.methods.reaching.ik_arrays import Options, Rows
+from selfmotion.methods.reaching.ik_seeds import model_of
+from selfmotion.methods.reaching.ik_tasks import HandRows
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, require_shape
 from selfmotion.errors import RangeError, ShapeError, Status
-from selfmotion.methods.donders_fit import PostureGeometry, entries
-from selfmotion.methods.donders_result import ElasticityPrior, JointElasticity, findings
-from selfmotion.methods.donders_search import (
+from selfmotion.methods.elasticity.fit import PostureGeometry, entries
+from selfmotion.methods.elasticity.orientations import Form, wrist_angles
+from selfmotion.methods.elasticity.result import ElasticityPrior, JointElasticity, findings
+from selfmotion.methods.elasticity.search import (
     FOLDED,
     SPARE,
     Fit,
@@ -28,9 +29,8 @@ from selfmotion.methods.donders_search import (
     from_the_middle,
     system,
 )
-from selfmotion.methods.joint_law import TRACE
-from selfmotion.methods.orientations import Form, wrist_angles
-from selfmotion.methods.passive_motion_tasks import arm_of
+from selfmotion.methods.passive.joint_law import TRACE
+from selfmotion.methods.passive.tasks import arm_of
 from selfmotion.provenance import Provenance, hash_arrays
 from selfmotion.redundancy.task import Pointing, Task
 
@@ -76,8 +76,8 @@ def fit_elasticity(
 
     Example:
         >>> from selfmotion.arms import wrist
-        >>> from selfmotion.methods.donders_posture import donders_postures
-        >>> from selfmotion.methods.joint_law import JointLaw
+        >>> from selfmotion.methods.elasticity.posture import donders_postures
+        >>> from selfmotion.methods.passive.joint_law import JointLaw
         >>> law = JointLaw(np.diag([0.5, 1.5, 2.0]), np.radians([5.0, 0.0, 0.0]))
         >>> angles = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
         >>> targets = np.concatenate([r * np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -10,7 +10,7 @@ pseudo-inverse J# = W⁻¹Jᵀ(JW⁻¹Jᵀ)⁻¹, W diagonal (eqs 4, 15). Three 
 
 No estimator wins everywhere: if null-space motion correlates with ẋ, `ml` is inconsistent too.
 Deviations from the paper: scale groups, over-specified joints and standard errors are found
-automatically (`identifiability`, `weight_uncertainty`).
+automatically (`weights.identifiability`, `weights.uncertainty`).
 """
 
 from collections.abc import Sequence
@@ -20,19 +20,19 @@ from typing import Literal
 import numpy as np
 
 from selfmotion.errors import ShapeError
-from selfmotion.methods.algorithm_one import NullSchedule
-from selfmotion.methods.identification_options import (
+from selfmotion.methods.weights.algorithm_one import NullSchedule
+from selfmotion.methods.weights.estimate import WeightEstimate
+from selfmotion.methods.weights.options import (
     DEFAULT_OPTIONS,
     IdentificationOptions,
     Method,
 )
-from selfmotion.methods.identification_run import clusters_needed, identify_samples
-from selfmotion.methods.identification_samples import (
+from selfmotion.methods.weights.run import clusters_needed, identify_samples
+from selfmotion.methods.weights.samples import (
     part_from_arrays,
     plan_chunks,
     samples_from_recordings,
 )
-from selfmotion.methods.weight_estimate import WeightEstimate
 from selfmotion.motion.recording import Recording, Study
 
 __all__ = [

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, freeze, require_finite
 from selfmotion.errors import RangeError, ShapeError, Status
-from selfmotion.methods import ik_kernels
-from selfmotion.methods.ik_arrays import (
+from selfmotion.methods.reaching import ik_kernels
+from selfmotion.methods.reaching.ik_arrays import (
     Goals,
     Model,
     Options,
@@ -30,8 +30,8 @@ from selfmotion.methods.ik_arrays import (
     Rows,
     Seeds,
 )
-from selfmotion.methods.ik_seeds import SeedTable, finite_limits, model_of, seed_table
-from selfmotion.methods.ik_tasks import HandRows, as_hand_rows, goals_of
+from selfmotion.methods.reaching.ik_seeds import SeedTable, finite_limits, model_of, seed_table
+from selfmotion.methods.reaching.ik_tasks import HandRows, as_hand_rows, goals_of
 from selfmotion.provenance import Provenance, hash_arrays
 from selfmotion.redundancy.task import Pose, Position
 

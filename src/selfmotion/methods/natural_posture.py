@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import Transform, require_between
 from selfmotion.errors import SelfmotionError, Status, unknown_name
-from selfmotion.methods.effort_curve import EffortCurve, effort_curve
-from selfmotion.methods.posture_result import (
+from selfmotion.methods.effort.curve import EffortCurve, effort_curve
+from selfmotion.methods.effort.posture_result import (
     TIE,
     Jump,
     LocalMinimum,
@@ -23,7 +23,7 @@ from selfmotion.methods.posture_result import (
     local_minima,
     verdict,
 )
-from selfmotion.methods.two_phase_search import TwoPhaseOptions, two_phase_search
+from selfmotion.methods.effort.two_phase_search import TwoPhaseOptions, two_phase_search
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.muscles.static_optimization import EffortOptions, muscle_effort
 from selfmotion.provenance import Provenance, hash_arrays

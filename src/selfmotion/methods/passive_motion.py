@@ -21,10 +21,11 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array
 from selfmotion.errors import RangeError, ShapeError, Status
-from selfmotion.methods.joint_law import JointLaw
-from selfmotion.methods.lockstep import StepControl, integrate_lockstep
-from selfmotion.methods.passive_motion_arrays import RANK_LOST, TOO_STIFF
-from selfmotion.methods.passive_motion_setup import (
+from selfmotion.methods.passive.arrays import RANK_LOST, TOO_STIFF
+from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.methods.passive.planned_motion import PlannedMotion
+from selfmotion.methods.passive.settings import PlanSettings, inertia_damping
+from selfmotion.methods.passive.setup import (
     admittance,
     checked_movements,
     drive_of,
@@ -32,17 +33,16 @@ from selfmotion.methods.passive_motion_setup import (
     kernel_law,
     springs,
 )
-from selfmotion.methods.passive_motion_slopes import Drive, PassiveSlopes
-from selfmotion.methods.passive_motion_tasks import (
+from selfmotion.methods.passive.slopes import Drive, PassiveSlopes
+from selfmotion.methods.passive.task_planners import TargetSpring
+from selfmotion.methods.passive.tasks import (
     arm_of,
     has_rotation_vectors,
     kernel_task,
     run_kernels,
 )
-from selfmotion.methods.plan_settings import PlanSettings, inertia_damping
-from selfmotion.methods.planned_motion import PlannedMotion
 from selfmotion.methods.reach import miss_distance
-from selfmotion.methods.task_planners import TargetSpring
+from selfmotion.methods.weights.lockstep import StepControl, integrate_lockstep
 from selfmotion.provenance import Provenance, hash_arrays
 from selfmotion.redundancy.task import Pointing, Task
 

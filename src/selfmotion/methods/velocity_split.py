@@ -21,7 +21,7 @@ from jaxtyping import Float
 
 from selfmotion.arrays import JointSamples, JointVector, require_shape
 from selfmotion.errors import RangeError, ShapeError
-from selfmotion.methods.weight_estimate import WeightEstimate
+from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.motion.filters import normalise_time
 from selfmotion.motion.recording import Recording, Study
 from selfmotion.redundancy.projection import split_velocity

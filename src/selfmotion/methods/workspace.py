@@ -22,10 +22,10 @@ from selfmotion.arrays import as_float_array, freeze, require_between, require_f
 from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import forward_kinematics
-from selfmotion.methods.ik_seeds import golden_steps
-from selfmotion.methods.ik_tasks import HandRows
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
-from selfmotion.methods.reach_screen import ReachScreen, reach_options, reach_screen
+from selfmotion.methods.reaching.ik_seeds import golden_steps
+from selfmotion.methods.reaching.ik_tasks import HandRows
+from selfmotion.methods.reaching.screen import ReachScreen, reach_options, reach_screen
 from selfmotion.provenance import Provenance, hash_arrays
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from selfmotion.methods.weight_estimate import WeightEstimate
+from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.report.theme import words
 
 WHAT_WEIGHTS_ARE = (

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from selfmotion.methods.planned_motion import PlannedMotion
+from selfmotion.methods.passive.planned_motion import PlannedMotion
 from selfmotion.report.html import Footer, Picture, Section, Table, write_report
 from selfmotion.report.planner_figures import planned_movements_figure
 from selfmotion.studies.center_out import NAMES

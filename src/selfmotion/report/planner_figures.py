@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from selfmotion.methods.curvature import MeanTests
-from selfmotion.methods.planned_motion import PlannedMotion
+from selfmotion.methods.passive.planned_motion import PlannedMotion
 from selfmotion.report.theme import (
     BAND,
     BASELINE,

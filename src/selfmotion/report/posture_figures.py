@@ -10,8 +10,8 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
 from selfmotion.kinematics.forward import tip_positions
-from selfmotion.methods.effort_curve import EffortCurve
-from selfmotion.methods.posture_result import NaturalPosture
+from selfmotion.methods.effort.curve import EffortCurve
+from selfmotion.methods.effort.posture_result import NaturalPosture
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.report.theme import (
     BASELINE,

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from selfmotion.methods.weight_estimate import WeightEstimate
+from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.motion.filters import normalise_time
 from selfmotion.motion.recording import Study
 from selfmotion.report.theme import (

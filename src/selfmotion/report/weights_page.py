@@ -11,8 +11,8 @@ from selfmotion.methods.coordination import (
     relative_phase,
     velocity_correlation,
 )
-from selfmotion.methods.weight_estimate import WeightEstimate
-from selfmotion.methods.weight_series import estimate_each
+from selfmotion.methods.weights.estimate import WeightEstimate
+from selfmotion.methods.weights.series import estimate_each
 from selfmotion.motion.recording import Study
 from selfmotion.report.convergence_figures import fit_history_figure
 from selfmotion.report.html import Footer, Picture, Section, Table, write_report

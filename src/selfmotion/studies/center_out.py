@@ -13,10 +13,10 @@ from jaxtyping import Float
 
 from selfmotion.arms import wrist
 from selfmotion.errors import RangeError
-from selfmotion.methods.donders_posture import donders_postures, null_basis
-from selfmotion.methods.joint_law import JointLaw
+from selfmotion.methods.elasticity.posture import donders_postures, null_basis
+from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.methods.passive.planned_motion import PlannedMotion
 from selfmotion.methods.passive_motion import PlanSettings, plan
-from selfmotion.methods.planned_motion import PlannedMotion
 from selfmotion.motion.labels import Labels
 from selfmotion.motion.recording import Recording, Study
 from selfmotion.redundancy.task import Pointing

@@ -18,8 +18,8 @@ from selfmotion.arms import load_arm
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.methods.constrained_path import Arc, device_circle
-from selfmotion.methods.feasible_arcs import feasible_arcs
-from selfmotion.methods.ik_tasks import HandRows
+from selfmotion.methods.reaching.feasible_arcs import feasible_arcs
+from selfmotion.methods.reaching.ik_tasks import HandRows
 from selfmotion.methods.workspace import Workspace, WorkspaceOptions, workspace
 
 # Section 4.2: the splint's range of the elbow (64.2 to 114 degrees, in rad) and the lengths (m).

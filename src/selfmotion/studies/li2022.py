@@ -19,10 +19,10 @@ from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.swivel import arm_swivel_angle, swivel_angle
-from selfmotion.methods.effort_curve import EffortCurve
+from selfmotion.methods.effort.curve import EffortCurve
+from selfmotion.methods.effort.posture_result import NaturalPosture
 from selfmotion.methods.hybrid_ik import HybridPostures, hybrid_ik
 from selfmotion.methods.natural_posture import PostureFinder, SearchOptions
-from selfmotion.methods.posture_result import NaturalPosture
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.provenance import Provenance
 from selfmotion.redundancy.manifold import SelfMotionManifold

@@ -18,7 +18,7 @@ from selfmotion.errors import ShapeError
 from selfmotion.methods.hotelling import HotellingTest, hotelling_paired
 from selfmotion.methods.identification import Method
 from selfmotion.methods.velocity_split import VelocityBands
-from selfmotion.methods.weight_estimate import WeightEstimate
+from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.motion.recording import Study
 from selfmotion.studies.results import NullSpeeds, Recovery
 from selfmotion.studies.simulated_people import ReachingProtocol, simulate_reaching

@@ -15,11 +15,11 @@ import pandas as pd
 from selfmotion.batch import Item, Outcome, Runner, run_batch
 from selfmotion.errors import FileFormatError, SelfmotionError
 from selfmotion.methods.identification import MotionArrays, identify_weights_from_arrays
-from selfmotion.methods.identification_options import DEFAULT_OPTIONS, Method
 from selfmotion.methods.uncontrolled_manifold import manifold_variance
 from selfmotion.methods.velocity_split import split
-from selfmotion.methods.weight_estimate import WeightEstimate
-from selfmotion.methods.weight_series import estimate_each
+from selfmotion.methods.weights.estimate import WeightEstimate
+from selfmotion.methods.weights.options import DEFAULT_OPTIONS, Method
+from selfmotion.methods.weights.series import estimate_each
 from selfmotion.motion.files.npz import read_npz
 from selfmotion.motion.recording import Study
 from selfmotion.provenance import Provenance, hash_file

@@ -14,8 +14,8 @@ import pandas as pd
 
 from selfmotion.errors import SelfmotionError
 from selfmotion.methods.hotelling import compare_weights, log_ratios
-from selfmotion.methods.weight_estimate import WeightEstimate
-from selfmotion.methods.weight_uncertainty import interval_factor
+from selfmotion.methods.weights.estimate import WeightEstimate
+from selfmotion.methods.weights.uncertainty import interval_factor
 
 Key = tuple[str, str, str]  # subject, side, condition
 # Joints by the beginning of their names.

@@ -14,8 +14,8 @@ from jaxtyping import Float
 
 from selfmotion.errors import RangeError
 from selfmotion.methods.curvature import LEVEL, VACUOUS, MeanTests, mean_tests, path_areas
-from selfmotion.methods.joint_law import JointLaw
-from selfmotion.methods.planned_motion import PlannedMotion
+from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.methods.passive.planned_motion import PlannedMotion
 from selfmotion.motion.labels import Labels
 from selfmotion.motion.recording import Recording, Study
 from selfmotion.motion.segment import (

@@ -12,9 +12,9 @@ import numpy as np
 
 from selfmotion.errors import RangeError
 from selfmotion.methods.donders import ElasticityPrior, JointElasticity, fit_elasticity
-from selfmotion.methods.joint_law import JointLaw
-from selfmotion.methods.plan_settings import PlanSettings
-from selfmotion.methods.planned_motion import PlannedMotion
+from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.methods.passive.planned_motion import PlannedMotion
+from selfmotion.methods.passive.settings import PlanSettings
 from selfmotion.motion.recording import Study
 from selfmotion.provenance import Provenance
 from selfmotion.studies.center_out import (

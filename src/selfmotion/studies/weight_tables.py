@@ -13,8 +13,8 @@ from selfmotion.methods.identification import (
     MotionArrays,
     identify_weights_from_arrays,
 )
-from selfmotion.methods.weight_estimate import WeightEstimate
-from selfmotion.methods.weight_uncertainty import interval_factor
+from selfmotion.methods.weights.estimate import WeightEstimate
+from selfmotion.methods.weights.uncertainty import interval_factor
 from selfmotion.motion.recording import Study
 from selfmotion.studies.results import Recovery
 

@@ -1,0 +1,1 @@
+"""The parts of the elasticity fit by Donders' law ([Tommasino2017]); its verbs are in `donders`."""

@@ -1,0 +1,1 @@
+"""The parts of the passive motion planner ([Tommasino2017]); its verbs are in `passive_motion`."""

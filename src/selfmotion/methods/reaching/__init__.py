@@ -1,0 +1,1 @@
+"""The parts of joint-limited inverse kinematics and of the workspace ([DeBoon])."""
