@@ -23,6 +23,7 @@ from selfmotion.arrays import as_float_array
 from selfmotion.errors import RangeError, ShapeError, Status
 from selfmotion.methods.passive.arrays import RANK_LOST, TOO_STIFF
 from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.methods.passive.lockstep import StepControl, integrate_lockstep
 from selfmotion.methods.passive.planned_motion import PlannedMotion
 from selfmotion.methods.passive.settings import PlanSettings, inertia_damping
 from selfmotion.methods.passive.setup import (
@@ -42,7 +43,6 @@ from selfmotion.methods.passive.tasks import (
     run_kernels,
 )
 from selfmotion.methods.reach import miss_distance
-from selfmotion.methods.weights.lockstep import StepControl, integrate_lockstep
 from selfmotion.provenance import Provenance, hash_arrays
 from selfmotion.redundancy.task import Pointing, Task
 

@@ -9,10 +9,10 @@ from jaxtyping import Float, Int
 from selfmotion.methods.passive.arrays import KernelDrive
 from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.methods.passive.kernels import growth_at
+from selfmotion.methods.passive.lockstep import Slope
 from selfmotion.methods.passive.potentials import ElasticPotential
 from selfmotion.methods.passive.settings import PlanSettings
 from selfmotion.methods.passive.task_planners import ForceField
-from selfmotion.methods.weights.lockstep import Slope
 from selfmotion.redundancy.task import Task
 
 # Eigenvalues of JW⁻¹Jᵀ below this share of the largest count as lost.

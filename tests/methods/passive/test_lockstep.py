@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from selfmotion.methods.weights.lockstep import Slope, StepControl, _step, integrate_lockstep
+from selfmotion.methods.passive.lockstep import Slope, StepControl, _step, integrate_lockstep
 
 
 def pendulum(jacobian):
