@@ -5,15 +5,17 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from selfmotion.arrays import as_float_array, require_finite, require_shape
 from selfmotion.errors import RangeError
+from selfmotion.motion.orientations import (
+    matrices_from_quaternions,
+    matrices_from_vectors,
+    nearest_rotations,
+)
 
 Form = Literal["angles", "rotation vectors", "quaternions", "matrices"]
 FORMS: tuple[Form, ...] = ("angles", "rotation vectors", "quaternions", "matrices")
-# Departure from a rotation matrix or a unit quaternion that is put down to rounding.
-ROUNDING = 1e-3
 # Distance of the flexion from a right angle below which pronation and deviation are not told (rad).
 GIMBAL = 1e-3
 
@@ -25,14 +27,15 @@ def wrist_angles(orientations: ArrayLike, form: Form) -> Float[np.ndarray, "samp
 
     Args:
         orientations: (K, 3) rotation vectors (rad), (K, 4) quaternions x, y, z, w, or (K, 3, 3)
-            matrices; (K, 3) angles pass as they are.
+            matrices; (K, 3) angles pass as they are. What is off by the digits of a file is
+            replaced by the nearest rotation.
         form: which of them.
 
     Raises:
         ShapeError: the shape is not that of the form.
         NotFiniteError: a value is not finite.
         RangeError: the form is not known, a matrix is no rotation, a quaternion has no unit
-            length, or the flexion is a right angle.
+            length, a rotation vector is above one turn, or the flexion is a right angle.
 
     Example:
         >>> wrist_angles([[-0.3, 0.0, 0.0]], "rotation vectors").round(6).tolist()
@@ -63,18 +66,12 @@ def wrist_angles(orientations: ArrayLike, form: Form) -> Float[np.ndarray, "samp
 
 
 def _matrices(array: np.ndarray, form: Form) -> np.ndarray:
+    """Give (K, 3, 3) by the checks of recorded orientations; what is a gap there is refused."""
     if form == "rotation vectors":
-        return Rotation.from_rotvec(array).as_matrix()
-    if form == "quaternions":
-        length = np.linalg.norm(array, axis=1)
-        off = np.abs(length - 1.0)
-        if not (off < ROUNDING).all():
-            i = int(np.argmax(off))
-            raise RangeError(f"orientations[{i}]: a quaternion of length {length[i]:g}, not 1")
-        return Rotation.from_quat(array).as_matrix()
-    off = np.abs(np.swapaxes(array, 1, 2) @ array - np.eye(3)).max(axis=(1, 2))
-    off = np.maximum(off, np.abs(np.linalg.det(array) - 1.0))
-    if not (off < ROUNDING).all():
-        i = int(np.argmax(off))
-        raise RangeError(f"orientations[{i}]: no rotation matrix (it is off by {off[i]:.2g})")
-    return array
+        return matrices_from_vectors(array)
+    if form == "matrices":
+        return nearest_rotations(array)
+    zero = ~array.any(axis=1)
+    if zero.any():
+        raise RangeError(f"orientations[{int(np.argmax(zero))}]: a quaternion of length 0, not 1")
+    return matrices_from_quaternions(array)
