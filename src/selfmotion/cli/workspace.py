@@ -10,65 +10,20 @@ from selfmotion.cli.body import NO_BODY, BodyName, body_choice, body_of
 from selfmotion.cli.ik import threads_for
 from selfmotion.cli.models import Limits, with_typed_limits
 from selfmotion.cli.options import Jobs, Json, Out, Report, Seed
-from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
+from selfmotion.cli.output import Contract, finish, save
 from selfmotion.cli.subject import Subject, arms_of, read_subject
+from selfmotion.cli.workspace_document import WorkspaceDocument, as_text, document_of
+from selfmotion.cli.workspace_recording import recorded_of
 from selfmotion.errors import FileFormatError, RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from selfmotion.kinematics.arm import Arm
     from selfmotion.methods.workspace import Workspace
 
 # Heights of slices (m above the model's origin) where none are named.
 HEIGHTS = (-0.4, -0.2, 0.0, 0.2, 0.4)
-# Recorded positions that are held against the workspace: at most so many, evenly chosen.
-MOST_RECORDED = 5000
-
-
-class Regions(Part, frozen=True, kw_only=True):
-    """A number of the free arm, of the limited arm, and of what the limits take away."""
-
-    free: Number = None
-    limited: Number = None
-    lost: Number = None
-
-
-class SliceAreas(Part, frozen=True, kw_only=True):
-    """Areas (m²) of a slice 20 mm thick at a height (m), with standard errors."""
-
-    z: float
-    area_m2: Regions
-    stderr_m2: Regions
-
-
-class Recorded(Part, frozen=True, kw_only=True):
-    """Recorded hand positions against the workspace.
-
-    `inside_percent` of the points are reached; the worst of the others lies `farthest_mm` away.
-    """
-
-    points: int
-    inside_percent: Regions
-    farthest_mm: Regions
-
-
-class WorkspaceDocument(Document, frozen=True, tag="selfmotion/workspace/1", kw_only=True):
-    """Volumes (m³) with standard errors; null what was not asked for. Limits in radians."""
-
-    arm: str
-    subject: str
-    joints: list[str]
-    free_limits: list[list[Number]]
-    limited_limits: list[list[Number]] | None
-    volume_m3: Regions
-    stderr_m3: Regions
-    hull_volume_m3: Regions
-    slices: list[SliceAreas]
-    recording: Recorded | None
-    status: str
 
 
 CONTRACT = Contract(
@@ -169,49 +124,6 @@ def person_arms(
     return free, limited if limit or person.impairments else None
 
 
-def document_of(
-    space: "Workspace", name: str, arms: "tuple[Arm, Arm | None]", person: Subject
-) -> WorkspaceDocument:
-    """Give the document; `name` is what the workspace calls free."""
-    free, limited = arms
-    names = {"free": name, "limited": "limited", "lost": "lost"}
-    regions = space.regions
-    hull = {names[key]: space.hull_volume(key) for key in regions if key != "lost"}
-    volume = {names[key]: r.volume for key, r in regions.items()}
-    error = {names[key]: r.standard_error for key, r in regions.items()}
-    slices = []
-    for part in space.slices:
-        area = {names[key]: part.area(key) for key in part.regions}
-        slices.append(
-            SliceAreas(
-                z=part.height,
-                area_m2=Regions(**{key: a for key, (a, _) in area.items()}),
-                stderr_m2=Regions(**{key: e for key, (_, e) in area.items()}),
-            )
-        )
-    return WorkspaceDocument(
-        provenance=space.provenance,
-        arm=free.name,
-        subject=person.name,
-        joints=list(free.joints),
-        free_limits=ranges_of(free),
-        limited_limits=None if limited is None else ranges_of(limited),
-        volume_m3=Regions(**volume),
-        stderr_m3=Regions(**error),
-        hull_volume_m3=Regions(**hull),
-        slices=slices,
-        recording=None,
-        status=space.summary() if name == "free" else "the limited arm alone",
-    )
-
-
-def ranges_of(arm: "Arm") -> list[list[Number]]:
-    """Give lower and upper limit of each joint (rad)."""
-    import numpy as np
-
-    return numbers(np.stack([arm.lower, arm.upper], axis=1))
-
-
 def replace_provenance(
     document: WorkspaceDocument,
     space: "Workspace",
@@ -234,88 +146,7 @@ def replace_provenance(
     return msgspec.structs.replace(document, provenance=provenance)
 
 
-def recorded_of(space: "Workspace", name: str, path: Path) -> Recorded:
-    """Hold recorded positions against the arms of a workspace.
-
-    Raises:
-        FileFormatError: the recordings hold neither hand positions nor angles of this arm.
-    """
-    import numpy as np
-
-    from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
-    from selfmotion.methods.reaching.ik_tasks import HandRows
-
-    points = recorded_points(space.arm, path)
-    inside, farthest = {}, {}
-    arms = {name: space.arm}
-    if space.limited_arm is not None:
-        arms["limited"] = space.limited_arm
-    for key, arm in arms.items():
-        task = HandRows(arm, ("x", "y", "z"))
-        found = solve_ik(task, points, options=IkOptions(position_tolerance=1e-5))
-        inside[key] = 100.0 * float(found.solved.mean())
-        farthest[key] = 1e3 * float(np.where(found.solved, 0.0, found.position_error).max())
-    return Recorded(
-        points=len(points), inside_percent=Regions(**inside), farthest_mm=Regions(**farthest)
-    )
-
-
-def recorded_points(arm: "Arm", path: Path) -> "np.ndarray":
-    """Give recorded hand positions (K, 3) in the ground, gaps left out."""
-    import numpy as np
-
-    from selfmotion.kinematics.forward import forward_kinematics
-    from selfmotion.motion.files import load
-
-    parts = []
-    for recording in load(path):
-        if recording.x is not None and recording.x.shape[1] == 3:
-            x = recording.x
-        elif recording.q is not None and set(arm.joints) <= set(recording.joints):
-            order = [recording.joints.index(joint) for joint in arm.joints]
-            q = recording.q[:, order]
-            whole = np.isfinite(q).all(axis=1)
-            x = forward_kinematics(arm.chain, q[whole], arm.tip("hand"))[:, :3, 3]
-        else:
-            raise FileFormatError(
-                f"{recording.name}: holds {', '.join(recording.held)}; hand positions x, y, z, or "
-                f"the angles of {arm.name} are needed"
-            )
-        parts.append(x[np.isfinite(x).all(axis=1)])
-    points = np.concatenate(parts)
-    if not len(points):
-        raise FileFormatError(f"{path}: no hand position without gap")
-    step = -(-len(points) // MOST_RECORDED)
-    return points[::step]
-
-
 def save_tables(space: "Workspace", folder: Path) -> list[Path]:
     """Write workspace.csv (volumes) and slices.csv."""
     tables = {"workspace.csv": space.to_frame(), "slices.csv": space.slices_frame()}
     return [write_whole(folder / name, t.to_csv(index=False)) for name, t in tables.items()]
-
-
-def as_text(document: WorkspaceDocument) -> str:
-    """Write the workspace as a person reads it, in litres."""
-    lines = [f"arm {document.arm}" + (f", {document.subject}" if document.subject else "")]
-    for key in ("free", "limited", "lost"):
-        value = getattr(document.volume_m3, key)
-        if value is None:
-            continue
-        error, hull = getattr(document.stderr_m3, key), getattr(document.hull_volume_m3, key)
-        around = "" if hull is None else f"; hull {1e3 * hull:.1f}"
-        lines.append(f"{key:8} {1e3 * value:7.2f} ± {1e3 * (error or 0.0):.2f} litres{around}")
-    for part in document.slices:
-        areas = ", ".join(
-            f"{key} {1e4 * value:.0f}"
-            for key in ("free", "limited", "lost")
-            if (value := getattr(part.area_m2, key)) is not None
-        )
-        lines.append(f"slice z = {1e3 * part.z:+.0f} mm: {areas} cm²")
-    if document.recording is not None:
-        r = document.recording
-        inside = (
-            r.inside_percent.limited if r.inside_percent.free is None else r.inside_percent.free
-        )
-        lines.append(f"{inside:.1f} % of {r.points} recorded positions are inside")
-    return "\n".join([*lines, document.status])
