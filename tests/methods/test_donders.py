@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from selfmotion.arms import planar, srs7, wrist
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
+from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.methods.donders import ElasticityPrior, fit_elasticity
 from selfmotion.methods.elasticity.fit import (
     PostureGeometry,
@@ -284,8 +285,37 @@ def test_postures_past_a_fold_are_said():
         )
         assert (past_fold(both)[len(low) :] == expected).all()
     # Postures of least and of greatest energy together: no law takes both as near its surface.
-    mixed = fit_elasticity(np.concatenate([low, tops]))
-    assert not mixed.status.ok or mixed.thickness_deg > 3.0
+    assert not fit_elasticity(np.concatenate([low, tops])).status.ok
+    few = fit_elasticity(np.concatenate([low, tops[:5]]))
+    assert not few.status.ok
+    assert "5 of 200 postures lie past a fold" in few.status.sentence
+
+
+def test_few_postures_past_a_fold_do_not_spoil_the_law():
+    law = JointLaw(np.diag([0.2, 1.5, 2.3]), np.radians([0.0, 20.0, 0.0]))
+    found = donders_postures(TASK, law, disc(55.0, 300, np.random.default_rng(3)))
+    q = found.q[np.isfinite(found.q).all(axis=1)]
+    past = int((~found.least[np.isfinite(found.q).all(axis=1)]).sum())
+    assert 0 < past < 6
+    fit = fit_elasticity(q)
+    assert fit.status.ok
+    assert any(f"{past} of {len(q)} postures lie past a fold" in s for s in fit.sentences)
+    np.testing.assert_allclose(fit.stiffness, law.stiffness, atol=1e-8)
+    assert fit.thickness_deg < 1e-8
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_exact_fit_says_that_it_settled(seed):
+    rng = np.random.default_rng([31, seed])
+    law = person(rng)
+    q = postures(law, 30.0, 100, rng)
+    turns = forward_kinematics(TASK.arm.chain, q, TASK.arm.tip("hand"))[:, :3, :3]
+    for fit in (
+        fit_elasticity(q),
+        fit_elasticity(Rotation.from_matrix(turns).as_quat(), form="quaternions"),
+    ):
+        assert fit.status.ok, fit.status.sentence
+        np.testing.assert_allclose(fit.stiffness, law.stiffness, atol=1e-8)
 
 
 def test_a_joint_that_never_moves_is_said():

@@ -19,7 +19,12 @@ from selfmotion.arrays import as_float_array, require_shape
 from selfmotion.errors import RangeError, ShapeError, Status
 from selfmotion.methods.elasticity.fit import PostureGeometry, entries
 from selfmotion.methods.elasticity.orientations import Form, wrist_angles
-from selfmotion.methods.elasticity.result import ElasticityPrior, JointElasticity, findings
+from selfmotion.methods.elasticity.result import (
+    STRAY,
+    ElasticityPrior,
+    JointElasticity,
+    findings,
+)
 from selfmotion.methods.elasticity.search import (
     FOLDED,
     SPARE,
@@ -37,7 +42,9 @@ from selfmotion.redundancy.task import Pointing, Task
 __all__ = ["ElasticityPrior", "JointElasticity", "fit_elasticity"]
 
 # Share of the postures that may lie far off the law's surface.
-STRAY = 0.1
+STRAYS = 0.1
+# Share of the trace in one direction from which a collapsed stiffness has gone onto one joint.
+ALONE = 0.9
 # Smallest eigenvalue of the stiffness, as a share of its trace, below which it has collapsed.
 COLLAPSED = 1e-3
 # Second spread of the task values over the first, below which they lie on one line.
@@ -191,27 +198,38 @@ def _covariance(
 
 
 def _status(fit: Fit, joints: tuple[str, ...]) -> Status:
-    if fit.folded > FOLDED * len(fit.weights):
+    n = len(fit.weights)
+    past = int((fit.weights == 0.0).sum())
+    if past > FOLDED * n:
         return Status(
             False,
-            f"{fit.folded} of {len(fit.weights)} postures lie past a fold of the law's surface; "
-            "leave out the farthest targets",
+            f"{past} of {n} postures lie past a fold of the law's surface; leave out the farthest "
+            "targets",
         )
-    stray = int((fit.weights < 0.5).sum())
-    if stray > STRAY * len(fit.weights):
+    stray = int((fit.weights < STRAY).sum())
+    if stray > STRAYS * n:
         return Status(
             False,
-            f"{stray} of {len(fit.weights)} postures do not lie on one surface with the others, or "
-            "past its fold",
+            f"{stray} of {n} postures do not lie on one surface with the others, or past its fold",
         )
     values, vectors = np.linalg.eigh(fit.K)
     if values[0] < COLLAPSED * np.trace(fit.K):
-        stiff = joints[int(np.argmax(np.abs(vectors[:, -1])))]
-        return Status(
-            False,
-            f"the stiffness has collapsed onto {stiff}: it hardly moves in these postures, or they "
-            "say too little; give a prior, or leave the joint out",
-        )
+        return Status(False, _collapse(values, vectors, joints))
     if not fit.converged:
         return Status(False, "the fit did not settle: the postures do not determine the law")
     return Status(True, "fitted")
+
+
+def _collapse(values: np.ndarray, vectors: np.ndarray, joints: tuple[str, ...]) -> str:
+    """Say which joint a collapsed stiffness has left, or gone to."""
+    if values[-1] > ALONE * values.sum():
+        stiff = joints[int(np.argmax(np.abs(vectors[:, -1])))]
+        return (
+            f"the stiffness has collapsed onto {stiff}: it hardly moves in these postures, or they "
+            "say too little; give a prior, or leave the joint out"
+        )
+    soft = joints[int(np.argmax(np.abs(vectors[:, 0])))]
+    return (
+        f"the stiffness of {soft} has collapsed: these postures lie on no surface of least energy, "
+        "or say too little; give a prior, or leave out the farthest targets"
+    )

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # Standard error over value above which a stiffness counts as not told by the data.
 TOLD = 0.5
+# Weight below which a posture counts as a stray: it lies four noise widths off, or farther.
+STRAY = 0.5
 # Standard error above which a rest angle counts as not told (rad).
 REST_TOLD = np.radians(5.0)
 
@@ -80,8 +82,8 @@ class JointElasticity:
         rest_stderr: (n,) standard errors (rad).
         covariance: (p, p) of the entries of K^J (lower triangle row by row), then q*.
         distance: (K, r) of each posture from the law's surface along the self-motion (rad).
-        thickness: standard deviation of that distance (rad).
-        weights: (K,) between 0 and 1: less than 1 for postures far off.
+        thickness: standard deviation of that distance (rad), strays left out.
+        weights: (K,) between 0 and 1: less than 1 for postures far off, 0 past a fold.
         sentences: what the data can and cannot tell.
         status: whether the fit settled on an unfolded surface.
         joints: names of the joints.
@@ -154,12 +156,12 @@ def findings(
     covariance, known = certainty
     weights, status = used
     n = len(rest)
+    near = weights >= STRAY
+    kept = distance[near] if near.any() else distance
     stderr = np.where(known, np.sqrt(np.maximum(covariance.diagonal(), 0.0)), np.nan)
     K_stderr = symmetric(stderr[:-n], n)
     sentences = [_on_stiffness(K, K_stderr, joints), _on_rest(stderr[-n:], joints)]
-    down = int((weights < 0.5).sum())
-    if down:
-        sentences.append(f"{down} of {len(weights)} postures lie far off and count less")
+    sentences += _on_strays(distance, weights)
     if prior is not None:
         sentences.append(f"a prior was used ({prior.source}): errors include it")
     if not status.ok:
@@ -171,7 +173,7 @@ def findings(
         rest_stderr=stderr[-n:],
         covariance=covariance,
         distance=distance,
-        thickness=float(np.sqrt((distance**2).mean())),
+        thickness=float(np.sqrt((kept**2).mean())),
         weights=weights,
         sentences=tuple(sentences),
         status=status,
@@ -190,6 +192,20 @@ def _on_stiffness(K: np.ndarray, stderr: np.ndarray, joints: tuple[str, ...]) ->
     return (
         f"these postures cannot tell the stiffness of {named}; wider targets (30°) or a prior would"
     )
+
+
+def _on_strays(distance: np.ndarray, weights: np.ndarray) -> list[str]:
+    """Say how many postures hardly count, and why."""
+    past, far = int((weights == 0.0).sum()), int(((weights > 0.0) & (weights < STRAY)).sum())
+    said = []
+    if past:
+        said.append(f"{past} of {len(weights)} postures lie past a fold of the law's surface")
+    if far:
+        said.append(f"{far} of {len(weights)} postures lie far off and count less")
+    if said and past + far < len(weights):
+        whole = np.degrees(np.sqrt((distance**2).mean()))
+        said.append(f"the thickness leaves these postures out (with them: {whole:.2g}°)")
+    return said
 
 
 def _on_rest(stderr: np.ndarray, joints: tuple[str, ...]) -> str:

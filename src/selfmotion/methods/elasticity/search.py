@@ -22,6 +22,8 @@ from selfmotion.redundancy.task import Task
 # Where the surface folds, the fit begins with the postures nearest to the middle and goes on
 # outwards: shares of them all.
 OUTWARD = (0.4, 0.6, 0.8)
+# Noise of most postures beyond which the law found is taken for a false minimum (rad).
+ROUGH = np.radians(4.0)
 # Postures on which first guesses are tried, and the softness of one joint in some of them.
 TRIAL_SIZE = 150
 SOFT = 0.25
@@ -95,19 +97,22 @@ def best_fit(problem: Problem, order: np.ndarray) -> Fit:
     """Try several starts on a few postures; from the best, go outwards if the surface folds."""
     n, n_all = problem.n, len(order)
     least = n * (n + 1) // 2 + n + SPARE
-    few = order[:: max(1, n_all // max(TRIAL_SIZE, least))]
-    trial = _part(problem, few)
-    tried = [_search(trial, K, rest, TRIAL) for K, rest in _starts(problem, trial)]
-    # The distance of all postures tells false minima from the true one.
-    fit = min((_at(problem, fit.K, fit.rest) for fit in tried), key=_order)
-    if fit.folded > FOLDED * n_all:
-        K, rest = np.eye(n), np.median(problem.geometry.q, axis=0)
+    fit = _best_start(problem, order, least)
+    if fit.folded > FOLDED * n_all or fit.scale > ROUGH:
+        inner = _part(problem, order[: max(least, int(np.ceil(OUTWARD[0] * n_all)))])
+        stage = _best_start(inner, np.arange(len(inner.geometry.q)), least)
         for share in OUTWARD:
             part = _part(problem, order[: max(least, int(np.ceil(share * n_all)))])
-            inner = _search(part, K, rest, STAGE)
-            K, rest = inner.K, inner.rest
-        fit = min(fit, _at(problem, K, rest), key=_order)
+            stage = _search(part, stage.K, stage.rest, STAGE)
+        fit = min(fit, _at(problem, stage.K, stage.rest), key=_order)
     return _search(problem, fit.K, fit.rest, LAST)
+
+
+def _best_start(problem: Problem, order: np.ndarray, least: int) -> Fit:
+    """Try several starts on a few postures; the distance of all tells false minima from the true."""
+    trial = _part(problem, order[:: max(1, len(order) // max(TRIAL_SIZE, least))])
+    tried = [_search(trial, K, rest, TRIAL) for K, rest in _starts(problem, trial)]
+    return min((_at(problem, fit.K, fit.rest) for fit in tried), key=_order)
 
 
 def _starts(problem: Problem, trial: Problem) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -182,13 +187,18 @@ def _search(problem: Problem, K: np.ndarray, rest: np.ndarray, stop: _Stop) -> F
                     break
             damping *= 10.0
             if damping > LARGEST_DAMPING:
-                return fit
+                return _at_rest(fit)
         damping = max(0.1 * damping, 1e-12)
         size = max(np.abs(tried.K - fit.K).max(), np.abs(tried.rest - fit.rest).max())
         fit = tried
         if size < TOLERANCE:
             return _at(problem, fit.K, fit.rest, converged=True)
-    return fit
+    return _at_rest(fit)
+
+
+def _at_rest(fit: Fit) -> Fit:
+    """Give a fit that no step improves: it has settled where only rounding is left of distances."""
+    return replace(fit, converged=fit.scale < EXACT)
 
 
 def _moved(problem: Problem, fit: Fit, L: np.ndarray, step: np.ndarray) -> Fit | None:
