@@ -94,6 +94,8 @@ from selfmotion.methods.hybrid_ik import hybrid_ik as hybrid_ik
 from selfmotion.redundancy.manifold import self_motion_manifold as self_motion_manifold
 from selfmotion.muscles.fitted import scale_to_person as scale_to_person
 from selfmotion.muscles.fitted import mirror_muscles as mirror_muscles
+from selfmotion.arms.person_with_muscles import PersonSize as PersonSize
+from selfmotion.arms.person_with_muscles import myoarm_of_person as myoarm_of_person
 
 # -- markers
 from selfmotion.motion.files import load_markers as load_markers

@@ -5,6 +5,7 @@ It is depended on, and nothing of it is copied here. The shoulder girdle follows
 elv_angle by the model's own joint equalities; fingers are held at their default.
 """
 
+import mujoco
 import numpy as np
 
 from selfmotion.arms.mjcf_urdf import arm_from_chain
@@ -40,7 +41,11 @@ def myoarm() -> Arm:
         ('elv_angle', 'shoulder_elv', 'shoulder_rot', 'elbow_flexion', 'pro_sup', 'deviation',
          'flexion')
     """
-    model = load_myo_sim("myoarm")
+    return arm_of_myo_sim(load_myo_sim("myoarm"))
+
+
+def arm_of_myo_sim(model: mujoco.MjModel) -> Arm:
+    """Give the arm of a compiled myo-sim model, as it is or with other segments; see `myoarm`."""
     joints = [model.joint(j).name for j in range(model.njnt)]
     taken = chain_from_mujoco(
         model,
