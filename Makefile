@@ -8,12 +8,13 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c const
 INSTALL_INPUTS := pyproject.toml constraints.txt src/selfmotion/_version.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long lint ruff format-check types imports format golden constraints clean
+.PHONY: help demo test test-long docs lint ruff format-check types imports format golden constraints clean
 
 help:
 	@echo "make demo         install into $(VENV) and run the demonstration; says where the report lies"
 	@echo "make test         install into $(VENV) and run the tests"
 	@echo "make test-long    also the studies that take minutes"
+	@echo "make docs         build the documentation site into docs/_build/html"
 	@echo "make lint         what .ci/run checks besides the tests"
 	@echo "make format       let ruff put the code into shape"
 	@echo "make golden       write docs/cli/*.json anew"
@@ -29,6 +30,11 @@ test: $(VENV)/.installed-dev
 
 test-long: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -m "long or not long"
+
+# Runs the examples of the gallery; a warning is an error.
+docs: $(VENV)/.installed-dev
+	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build/html
+	@echo "The site: $(abspath docs/_build/html/index.html)"
 
 # The linters, one target each: pre-commit and .ci/run call these very lines.
 lint: ruff format-check types imports
@@ -81,7 +87,7 @@ $(VENV)/.made:
 constraints:
 	@scratch=$$(mktemp -d) && python=$$($(FIND_PYTHON)) && \
 	"$$python" -m venv "$$scratch/venv" && \
-	"$$scratch/venv/bin/pip" install --quiet hatchling ".[dev,viewer,opensim,scale]" && \
+	"$$scratch/venv/bin/pip" install --quiet hatchling ".[dev,opensim]" && \
 	{ sed '/^[^#]/d' constraints.txt; \
 	  "$$scratch/venv/bin/pip" freeze --exclude selfmotion | tr 'A-Z_' 'a-z-' | LC_ALL=C sort; \
 	} > "$$scratch/constraints.txt" && \
