@@ -11,7 +11,13 @@ Example::
 
 `pattern` is a regular expression that a file's whole name must match; its named groups become the
 labels subject, side, condition, target and trial. A study of marker files names the static trial
-of each person; without `static` the files hold joint angles or velocities.
+of each person; without `static` the files hold joint angles or velocities. A table
+``[moments.CONDITION]`` says where in a movement its moments are (see :mod:`.moments`)::
+
+    [moments.drink]
+    strokes = 4
+    grasp = {stroke = 1, at = "end"}
+    mid_drink = {between = [2, 3], at = "slowest"}
 """
 
 import re
@@ -21,8 +27,9 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from selfmotion.capture.protocol import SIDES
-from selfmotion.errors import FileFormatError, RangeError, unknown_name
+from selfmotion.errors import FileFormatError, RangeError, SelfmotionError, unknown_name
 from selfmotion.motion.labels import LABEL_NAMES, Frame, Labels
+from selfmotion.studies.moments import ConditionMoments, read_moments
 
 
 @dataclass(frozen=True)
@@ -44,6 +51,7 @@ class StudyFile:
             whole recordings are used.
         person_ranges: whether joint limits are those of the arm as it is (one person's) and not
             those of adults.
+        moments: condition to the moments of its movements.
     """
 
     pattern: str
@@ -56,6 +64,7 @@ class StudyFile:
     landmark: str = "hand"
     rest_share: float = 0.05
     person_ranges: bool = False
+    moments: Mapping[str, ConditionMoments] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         """Check the pattern, the labels and the numbers."""
@@ -124,6 +133,7 @@ def load_study_file(path: str | Path) -> StudyFile:
     if "pattern" not in table:
         raise FileFormatError(f"{path}: no pattern, which says how files are named")
     kinds = {"pattern": str, "static": str, "protocol": str, "frame": dict, "names": dict}
+    kinds |= {"moments": dict}
     kinds |= {"task": str, "landmark": str}
     kinds |= {"cutoff": (int, float), "rest_share": (int, float), "person_ranges": bool}
     for key, value in table.items():
@@ -137,6 +147,10 @@ def load_study_file(path: str | Path) -> StudyFile:
     for label, meanings in table.get("names", {}).items():
         if not isinstance(meanings, dict) or not all(map(_is_text, meanings.values())):
             raise FileFormatError(f"{path}: names.{label}: a table of texts is needed")
+    try:
+        values["moments"] = read_moments(table.get("moments", {}))
+    except SelfmotionError as error:
+        raise type(error)(f"{path}: {error}") from None
     protocol = values.get("protocol", "")
     if protocol.endswith(".toml"):  # named from where the study file is
         values["protocol"] = str(Path(path).parent / protocol)

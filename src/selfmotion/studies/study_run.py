@@ -25,7 +25,7 @@ from selfmotion.motion.recording import Study
 from selfmotion.provenance import Provenance, hash_file
 from selfmotion.studies.study_file import StudyFile, Trial, find_trials
 from selfmotion.studies.study_statistics import Key, compare_all
-from selfmotion.studies.trial_run import CALIBRATION_TRIALS, Calibration, TrialJob, run_trial
+from selfmotion.studies.trial_run import TrialJob, plan_people, run_trial
 
 JOURNAL = "journal.jsonl"
 MOVEMENTS = "movements"
@@ -149,15 +149,11 @@ def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path)
 
 def trial_jobs(plan: StudyPlan, trials: Sequence[Trial], folder: Path) -> list[TrialJob]:
     """Say what is to be done with each trial; trials of one arm of a person share a calibration."""
-    people: dict[tuple[Path | None, str], list[Trial]] = {}
-    for trial in trials:
-        people.setdefault((trial.static, trial.labels.side or "right"), []).append(trial)
-    jobs = []
-    for (static, side), own in people.items():
-        step = max(1, -(-len(own) // CALIBRATION_TRIALS))
-        some = tuple(trial.path for trial in own[::step])
-        plan_of = None if static is None else Calibration(static, some, side)
-        jobs += [TrialJob(t, plan.study, plan.arm, folder / (t.key + ".npz"), plan_of) for t in own]
+    jobs = [
+        TrialJob(t, plan.study, plan.arm, folder / (t.key + ".npz"), person.calibration)
+        for person in plan_people(trials)
+        for t in person.trials
+    ]
     order = {trial.key: i for i, trial in enumerate(trials)}
     return sorted(jobs, key=lambda job: order[job.trial.key])
 

@@ -4,6 +4,7 @@ A worker process holds the last calibrated person, so that a person's trials, wh
 the other, share the calibration.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -24,6 +25,7 @@ from selfmotion.motion.files.npz import write_npz
 from selfmotion.motion.recording import Recording
 from selfmotion.motion.strokes import movement_span
 from selfmotion.redundancy.task import Task, task_for
+from selfmotion.studies.moments import ConditionMoments, FoundMoments, find_moments
 from selfmotion.studies.study_file import StudyFile, Trial
 
 # Movements of a person with which the joint centres are found, spread over all of theirs.
@@ -43,6 +45,23 @@ class Calibration:
     static: Path
     movements: tuple[Path, ...]
     side: str
+
+
+@dataclass(frozen=True)
+class PersonTrials:
+    """The trials of one arm of a person.
+
+    Attributes:
+        subject: name.
+        side: right or left.
+        trials: in the order of their files.
+        calibration: what the person is calibrated with; None where the files hold joint angles.
+    """
+
+    subject: str
+    side: str
+    trials: tuple[Trial, ...]
+    calibration: Calibration | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,13 +119,45 @@ def _from_angles(job: TrialJob) -> tuple[dict[str, Any], Recording]:
 
 
 def _from_markers(job: TrialJob, plan: Calibration) -> tuple[dict[str, Any], Recording]:
-    person = _calibrated(plan, job.study, job.arm)
-    markers = load_markers(job.trial.path, frame=job.study.frame)
-    labelled = replace(markers, labels=job.trial.labels, source=job.trial.key)
-    motion = angles_from_markers(person, labelled)
+    person = calibrate(plan, job.study, job.arm)
+    motion = read_trial(person, job.trial, job.study)
     task = _task(person.arm, job.study)
     moving = _movement(attach_arm(motion.recording, person.arm, task=task), job.study.rest_share)
-    return _measures(person, motion), moving
+    return _measures(person, motion, moments_of(motion, job.study)), moving
+
+
+def plan_people(trials: Sequence[Trial]) -> tuple[PersonTrials, ...]:
+    """Sort trials into arms of people, each with the movements that calibrate it."""
+    people: dict[tuple[str, Path | None, str], list[Trial]] = {}
+    for trial in trials:
+        key = (str(trial.labels.subject), trial.static, trial.labels.side or "right")
+        people.setdefault(key, []).append(trial)
+    plans = []
+    for (subject, static, side), own in people.items():
+        step = max(1, -(-len(own) // CALIBRATION_TRIALS))
+        some = tuple(trial.path for trial in own[::step])
+        plan = None if static is None else Calibration(static, some, side)
+        plans.append(PersonTrials(subject, side, tuple(own), plan))
+    return tuple(plans)
+
+
+def read_trial(person: Person, trial: Trial, study: StudyFile) -> ArmMotion:
+    """Find the joint angles of a calibrated person in one marker file.
+
+    Raises:
+        SelfmotionError: the file cannot be read or used.
+    """
+    markers = load_markers(trial.path, frame=study.frame)
+    labelled = replace(markers, labels=trial.labels, source=trial.key)
+    return angles_from_markers(person, labelled)
+
+
+def moments_of(motion: ArmMotion, study: StudyFile) -> FoundMoments:
+    """Find the moments that the study file names for the movement's condition."""
+    rules = study.moments.get(motion.recording.labels.condition or "", ConditionMoments())
+    hand = motion.landmarks["knuckle"].path
+    speed = motion.hand_speed
+    return find_moments(rules, hand, motion.recording.time, speed, rest_share=study.rest_share)
 
 
 def _task(arm: Arm, study: StudyFile) -> Task:
@@ -123,9 +174,10 @@ def _movement(recording: Recording, rest_share: float) -> Recording:
     return recording.window(first, last + 1)
 
 
-def _measures(person: Person, motion: ArmMotion) -> dict[str, Any]:
+def _measures(person: Person, motion: ArmMotion, moments: FoundMoments) -> dict[str, Any]:
     at_limit = motion.ik.at_limit.mean(axis=0)
     swivel = np.rad2deg(motion.swivel)
+    at = {f"swivel_{k}_deg": _number(swivel[sample]) for k, sample in moments.samples.items()}
     return {
         "rms_landmark_mm": _number(1e3 * np.nanmedian(motion.ik.rms)),
         "elbow_disagreement_mm": _number(1e3 * motion.elbow_disagreement()),
@@ -138,13 +190,13 @@ def _measures(person: Person, motion: ArmMotion) -> dict[str, Any]:
         if at_limit.max() > 0.0
         else "",
         "share_at_limit": float(at_limit.max()),
-        "swivel_start_deg": _number(_first(swivel)),
-        "swivel_end_deg": _number(_first(swivel[::-1])),
+        "moments_missing": "; ".join(f"{k}: {why}" for k, why in moments.missing.items()),
+        **at,
     } | {f"length_{k}_mm": 1e3 * v for k, v in person.lengths.items()}
 
 
 @lru_cache(maxsize=2)
-def _calibrated(plan: Calibration, study: StudyFile, arm: str) -> Person:
+def calibrate(plan: Calibration, study: StudyFile, arm: str) -> Person:
     """Calibrate a person once for all of their trials."""
     movements = []
     for path in plan.movements:
@@ -168,11 +220,6 @@ def person_arm(name: str, *, adult: bool) -> Arm:
     if adult and set(ADULT_RANGES_DEG) <= set(arm.joints):
         return with_adult_ranges(arm)
     return arm
-
-
-def _first(values: np.ndarray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known[0]) if known.size else float("nan")
 
 
 def _number(value: float) -> float | None:
