@@ -3,11 +3,11 @@ import pytest
 
 from selfmotion.arms import load_arm
 from selfmotion.errors import RangeError, UnknownNameError
+from selfmotion.kinematics.body_frame import BodyFrame, stature_of
 from selfmotion.kinematics.body_shapes import (
     BodyShapes,
     SegmentRadii,
     segment_distance,
-    stature_of,
 )
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.kinematics.mirror import mirror
@@ -226,3 +226,17 @@ def _small(arm, body: BodyShapes | None) -> Workspace:
         blocked=None if body is None else body.inside,
         options=WorkspaceOptions(n_points=512, shifts=2),
     )
+
+
+def test_body_coordinates_are_the_same_for_both_arms() -> None:
+    arm = load_arm("upper_limb")
+    right, left = BodyFrame.of(arm), BodyFrame.of(mirror(arm))
+    points = np.random.default_rng(7).normal(size=(20, 3))
+    image = points * [-1.0, 1.0, 1.0]
+    np.testing.assert_allclose(right.coordinates(points), left.coordinates(image), atol=1e-12)
+    np.testing.assert_allclose(left.points(left.coordinates(image)), image, atol=1e-12)
+    np.testing.assert_allclose(right.coordinates(right.shoulder[None]), [[0.188, 0, 0]], atol=1e-12)
+    # The myoarm's ground has other axes, and its shoulder is still outwards of the middle.
+    for arm in (load_arm("myoarm"), mirror(load_arm("myoarm"))):
+        frame = BodyFrame.of(arm)
+        assert frame.coordinates(frame.shoulder[None])[0, 0] > 0.05

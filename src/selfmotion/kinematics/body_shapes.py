@@ -21,21 +21,17 @@ from numpy.typing import ArrayLike
 from selfmotion.arrays import as_float_array, require_between, require_shape
 from selfmotion.errors import UnknownNameError, unknown_name
 from selfmotion.kinematics.arm import Arm
+from selfmotion.kinematics.body_frame import SHOULDER, BodyFrame
 from selfmotion.kinematics.chain import Tip
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.solid_shapes import Capsule, Ellipsoid, Shape
-from selfmotion.spatial import unit
 
 Posture = Literal["seated", "standing"]
 POSTURES: tuple[Posture, ...] = ("seated", "standing")
 # Shapes that the arm is kept out of where none are named.
 AGAINST = ("thorax", "neck", "head")
-STATURE = 1.75
-# Upper arm and forearm together, joint centre to joint centre, as a share of the stature: de Leva
-# P (1996), doi 10.1016/0021-9290(95)00178-6, men.
-ARM_SHARE = (281.7 + 268.9) / 1741
 # Heights as shares of the stature (Drillis and Contini).
-SHOULDER, HIP, KNEE, CHIN = 0.818, 0.530, 0.285, 0.870
+HIP, KNEE, CHIN = 0.530, 0.285, 0.870
 HIP_BREADTH = 0.191
 # Estimates, shares of the stature: breadth (between the hanging arms) and depth of the chest, and
 # heights of its top and bottom.
@@ -44,10 +40,6 @@ CHEST_BREADTH, CHEST_DEPTH, CHEST_TOP, CHEST_BOTTOM = 0.150, 0.145, 0.855, 0.545
 HEAD_BREADTH, HEAD_LENGTH, HEAD_FORWARD, NECK = 0.088, 0.113, 0.015, 0.034
 # Estimates: pelvis depth and half height, hip centre beside the middle, radius of the thigh.
 PELVIS_DEPTH, PELVIS_HALF_HEIGHT, HIP_ASIDE, THIGH = 0.130, 0.070, 0.050, 0.045
-# Estimate: shoulder centre beside the middle, for arms whose ground starts at the shoulder.
-SHOULDER_ASIDE = 0.100
-# A shoulder nearer to the ground's middle plane than this share is no shoulder beside a trunk.
-LEAST_ASIDE = 0.050
 # Places along a segment that are looked at, and again between the neighbours of the nearest.
 PLACES = 17
 
@@ -123,9 +115,7 @@ class BodyShapes:
         """
         if posture not in POSTURES:
             raise unknown_name("posture of the body", posture, POSTURES)
-        height = stature_of(arm) if stature is None else stature
-        require_between("stature", height, 0.5, 2.5)
-        return cls(_adult(_Frame.of(arm, height), posture == "seated"))
+        return cls(_adult(BodyFrame.of(arm, stature), posture == "seated"))
 
     def distance(self, points: ArrayLike) -> Float[np.ndarray, " points"]:
         """Give the signed distance (m) of points (K, 3) to the nearest shape.
@@ -234,65 +224,38 @@ def segment_distance(
     return least
 
 
-def stature_of(arm: Arm) -> float:
-    """Give the stature (m) that goes with an arm's upper arm and forearm; 1.75 m without them."""
-    parts = [arm.lengths.get(name) for name in ("upper_arm", "forearm")]
-    if parts[0] is None or parts[1] is None:
-        return STATURE
-    return float(parts[0] + parts[1]) / ARM_SHARE
+def _at(frame: BodyFrame, right: float, forward: float, height: float) -> np.ndarray:
+    """Give a place (m) by shares of the stature; heights as of someone who stands."""
+    return frame.middle + frame.stature * frame.axes @ [right, forward, height - SHOULDER]
 
 
-@dataclass(frozen=True, eq=False)
-class _Frame:
-    """Where the trunk is: mid-shoulder, columns right, forward and up, and the stature."""
-
-    middle: np.ndarray
-    axes: np.ndarray
-    stature: float
-
-    @classmethod
-    def of(cls, arm: Arm, stature: float) -> "_Frame":
-        up = unit("up", arm.up)
-        right = unit("forward x up", np.cross(arm.forward, up))
-        axes = np.column_stack([right, np.cross(up, right), up])
-        home = np.clip(np.zeros((1, arm.n_joints)), arm.lower, arm.upper)
-        shoulder = tip_positions(arm.chain, home, [arm.tip("shoulder")])[0, 0]
-        aside = float(shoulder @ right)
-        if abs(aside) < LEAST_ASIDE * stature:
-            aside = SHOULDER_ASIDE * stature
-        return cls(shoulder - aside * right, axes, stature)
-
-    def at(self, right: float, forward: float, height: float) -> np.ndarray:
-        """Give a place (m) by shares of the stature; heights as of someone who stands."""
-        return self.middle + self.stature * self.axes @ [right, forward, height - SHOULDER]
-
-    def ellipsoid(
-        self, forward: float, breadth: float, depth: float, heights: tuple[float, float]
-    ) -> Ellipsoid:
-        """Give an ellipsoid in the middle plane, by shares of the stature."""
-        low, high = heights
-        half = 0.5 * self.stature * np.array([breadth, depth, high - low])
-        return Ellipsoid(self.at(0.0, forward, 0.5 * (low + high)), half, self.axes)
+def _ellipsoid(
+    frame: BodyFrame, forward: float, breadth: float, depth: float, heights: tuple[float, float]
+) -> Ellipsoid:
+    """Give an ellipsoid in the middle plane, by shares of the stature."""
+    low, high = heights
+    half = 0.5 * frame.stature * np.array([breadth, depth, high - low])
+    return Ellipsoid(_at(frame, 0.0, forward, 0.5 * (low + high)), half, frame.axes)
 
 
-def _adult(frame: _Frame, seated: bool) -> dict[str, Shape]:
+def _adult(frame: BodyFrame, seated: bool) -> dict[str, Shape]:
     """Give the shapes of an adult: thighs forward where seated, down where standing."""
     pelvis = (HIP - PELVIS_HALF_HEIGHT, HIP + PELVIS_HALF_HEIGHT)
     shapes: dict[str, Shape] = {
-        "head": frame.ellipsoid(HEAD_FORWARD, HEAD_BREADTH, HEAD_LENGTH, (CHIN, 1.0)),
+        "head": _ellipsoid(frame, HEAD_FORWARD, HEAD_BREADTH, HEAD_LENGTH, (CHIN, 1.0)),
         "neck": Capsule(
-            frame.at(0.0, 0.0, SHOULDER),
-            frame.at(0.0, HEAD_FORWARD, CHIN),
+            _at(frame, 0.0, 0.0, SHOULDER),
+            _at(frame, 0.0, HEAD_FORWARD, CHIN),
             NECK * frame.stature,
         ),
-        "thorax": frame.ellipsoid(0.0, CHEST_BREADTH, CHEST_DEPTH, (CHEST_BOTTOM, CHEST_TOP)),
-        "pelvis": frame.ellipsoid(0.0, HIP_BREADTH, PELVIS_DEPTH, pelvis),
+        "thorax": _ellipsoid(frame, 0.0, CHEST_BREADTH, CHEST_DEPTH, (CHEST_BOTTOM, CHEST_TOP)),
+        "pelvis": _ellipsoid(frame, 0.0, HIP_BREADTH, PELVIS_DEPTH, pelvis),
     }
     thigh = HIP - KNEE
     knee = (thigh, HIP) if seated else (0.0, KNEE)
     for name, aside in (("right thigh", HIP_ASIDE), ("left thigh", -HIP_ASIDE)):
         shapes[name] = Capsule(
-            frame.at(aside, 0.0, HIP), frame.at(aside, *knee), THIGH * frame.stature
+            _at(frame, aside, 0.0, HIP), _at(frame, aside, *knee), THIGH * frame.stature
         )
     return shapes
 

@@ -10,31 +10,31 @@ limits hold the limited ones: so the limited workspace lies inside the free one 
 and the lost region is a set of points of its own.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import as_float_array, freeze, require_between, require_finite
+from selfmotion.arrays import as_float_array, require_between, require_finite
 from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
+from selfmotion.kinematics.body_frame import BodyFrame
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
-from selfmotion.methods.reaching.ik_seeds import golden_steps
 from selfmotion.methods.reaching.ik_tasks import HandRows
-from selfmotion.methods.reaching.screen import ReachScreen, reach_options, reach_screen
+from selfmotion.methods.reaching.screen import ReachScreen, reach_screen
+from selfmotion.methods.reaching.volumes import Blocked, Draw, PlacedBox, Region, decide_box, extent
 from selfmotion.provenance import Provenance, hash_arrays
 
 if TYPE_CHECKING:
     import pandas as pd
 
+# A joint with a narrower range cannot move (rad or m).
+NO_RANGE = 1e-9
 # How far beyond the hull of the points its true place is looked for (m).
 OUTWARDS = 0.03
-# Points of space that do not count, as the inside of the body: (K, 3) to (K,).
-Blocked = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -68,54 +68,11 @@ class WorkspaceOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
-    """A set in space, known at points that are spread evenly over a box.
-
-    Attributes:
-        name: as in "free", "limited", "lost".
-        points: (K, 3) all points looked at (m).
-        inside: (K,) which of them belong to the set.
-        shift: (K,) to which of the independent shifts a point belongs.
-        box_volume: volume of the box (m³).
-    """
-
-    name: str
-    points: Float[np.ndarray, "points 3"]
-    inside: Bool[np.ndarray, " points"]
-    shift: Int[np.ndarray, " points"]
-    box_volume: float
-
-    @property
-    def volumes(self) -> Float[np.ndarray, " shifts"]:
-        """Volume by each shift (m³)."""
-        counts = np.bincount(self.shift)
-        return self.box_volume * np.bincount(self.shift, self.inside) / counts
-
-    @property
-    def volume(self) -> float:
-        """Volume (m³)."""
-        return float(self.volumes.mean())
-
-    @property
-    def standard_error(self) -> float:
-        """Standard error of the volume (m³)."""
-        v = self.volumes
-        return float(v.std(ddof=1) / np.sqrt(len(v)))
-
-    @property
-    def centroid(self) -> Float[np.ndarray, "3"]:
-        """Mean of the points inside (m); NaN where there are none."""
-        if not self.inside.any():
-            return np.full(3, np.nan)
-        return self.points[self.inside].mean(axis=0)
-
-
-@dataclass(frozen=True, eq=False)
 class Slice:
     """A thin horizontal slice: areas by the same rule as the volume.
 
     Attributes:
-        height: middle of the slice (m).
+        height: middle of the slice above the ground's origin, along the arm's up (m).
         regions: free, limited and lost (the last two only where a limited arm was given); their
             `volume` divided by the thickness is the area.
         thickness: m.
@@ -144,6 +101,9 @@ class Workspace:
             way to points out of reach.
         slices: by height.
         provenance: version, hashes, choices.
+        screens: that decided the points; the limited arm's, if there is one, stands first.
+        blocked: which points did not count.
+        options: how finely space was looked at.
     """
 
     arm: Arm
@@ -153,9 +113,16 @@ class Workspace:
     boundary: dict[str, Float[np.ndarray, "boundary 3"]]
     slices: tuple[Slice, ...]
     provenance: Provenance
+    screens: tuple[ReachScreen, ...]
+    blocked: Blocked | None
+    options: WorkspaceOptions
 
     def hull_volume(self, name: str = "free") -> float:
-        """Give the volume of the convex hull (m³): above the volume wherever there are hollows."""
+        """Give the volume of the convex hull (m³).
+
+        It lies above the volume wherever there are hollows, and it does not respect the body: what
+        `blocked` takes out of the volume lies within the hull and counts there.
+        """
         from scipy.spatial import ConvexHull
 
         region = self.regions[name]
@@ -209,6 +176,8 @@ class Workspace:
         text = f"The free arm reaches {_litres(free)}."
         if self.limited_arm is None:
             return text
+        if not self.regions["limited"].inside.any():
+            return f"{text} With its limits it reaches no volume ({held_joints(self.limited_arm)})."
         limited, lost = self.regions["limited"], self.regions["lost"]
         kept = 100.0 * limited.volume / free.volume
         return (
@@ -257,92 +226,80 @@ def workspace(
     draw = rng if rng is not None else np.random.default_rng(0)
     if limited is not None:
         _check_nested(arm, limited)
-    screens = [
+    screens = tuple(
         reach_screen(HandRows(a, ("x", "y", "z")), n_points=256)
         for a in (limited, arm)
         if a is not None
-    ]
+    )
     box = screens[-1].low, screens[-1].high
-    regions, q, boundary, screens = _decide(screens, box, opts.n_points, opts, blocked, draw)
-    if not regions["free"].inside.any():
-        reason = "the body blocks all of it" if blocked else "the joint limits leave no volume"
-        raise RangeError(f"empty workspace of {arm.name}: {reason}")
-    slices = []
-    for height in as_float_array("heights", heights, ndim=1):
-        require_finite("heights", np.atleast_1d(height))
-        low, high = box[0].copy(), box[1].copy()
-        low[2], high[2] = height - opts.half_thickness, height + opts.half_thickness
-        part = _decide(screens, (low, high), opts.slice_points, opts, blocked, draw)[0]
-        slices.append(Slice(float(height), part, 2 * opts.half_thickness))
+    points = Draw(opts.n_points, opts.shifts, opts.threads, blocked, draw)
+    found = decide_box(screens, PlacedBox.between(*box), points)
+    if not found.regions["free"].inside.any():
+        raise RangeError(f"empty workspace of {arm.name}: {_why_empty(screens[-1], points)}")
     limits = [a for s in screens for a in (s.task.arm.lower, s.task.arm.upper)]
     return Workspace(
         arm,
         limited,
-        regions,
-        q,
-        boundary,
-        tuple(slices),
+        found.regions,
+        found.q,
+        found.boundary,
+        _slices(found.screens, as_float_array("heights", heights, ndim=1), opts, points),
         Provenance(
             "workspace",
             inputs={"limits": hash_arrays(*limits)},
             choices={"arm": arm.name, "n_points": opts.n_points, "shifts": opts.shifts},
         ),
+        found.screens,
+        blocked,
+        opts,
     )
 
 
-def _decide(
-    screens: list[ReachScreen],
-    box: tuple[np.ndarray, np.ndarray],
-    n_points: int,
+def _slices(
+    screens: tuple[ReachScreen, ...],
+    heights: Float[np.ndarray, " heights"],
     options: WorkspaceOptions,
-    blocked: Blocked | None,
-    rng: np.random.Generator,
-) -> tuple[dict[str, Region], np.ndarray, dict[str, np.ndarray], list[ReachScreen]]:
-    """Decide all shifts of the points for the limited arm, if any, and then for the free one."""
-    low, high = box
-    points, shift = _shifted_points(n_points, options.shifts, rng)
-    points = low + (high - low) * points
-    counts = np.ones(len(points), dtype=np.bool_) if blocked is None else ~blocked(points)
-    names = ["free"] if len(screens) == 1 else ["limited", "free"]
-    inside = np.zeros(len(points), dtype=np.bool_)
-    q = np.full((len(points), screens[-1].task.arm.n_joints), np.nan)
-    regions, boundary, learned = {}, {}, []
-    size = float(np.prod(high - low))
-    for name, screen in zip(names, screens, strict=True):
-        todo = np.flatnonzero(counts & ~inside)
-        ends = []
-        for rows in np.array_split(todo, options.shifts):
-            reach = screen.decide(points[rows], options=reach_options(threads=options.threads))
-            screen = screen.learn(reach)
-            inside[rows], q[rows] = reach.reachable, reach.q
-            ends.append(reach.q[~reach.reachable & np.isfinite(reach.distance)])
-        q[~inside] = np.nan
-        task = screen.task
-        stopped = np.concatenate(ends)
-        edge = forward_kinematics(task.arm.chain, stopped, task.arm.tip("hand"))[:, :3, 3]
-        boundary[name] = edge if blocked is None else edge[~blocked(edge)]
-        regions[name] = Region(name, points, freeze(inside.copy()), shift, size)
-        learned.append(screen)
-    if "limited" in regions:
-        lost = regions["free"].inside & ~regions["limited"].inside
-        ordered = {name: regions[name] for name in ("free", "limited")}
-        regions = {**ordered, "lost": Region("lost", points, freeze(lost), shift, size)}
-    return regions, freeze(q), boundary, learned
+    draw: Draw,
+) -> tuple[Slice, ...]:
+    """Decide points of thin boxes across the arm's upward direction."""
+    require_finite("heights", heights)
+    axes = BodyFrame.of(screens[-1].task.arm).axes
+    low, high = extent(screens[-1], axes, np.zeros(3))
+    points = replace(draw, n_points=options.slice_points)
+    slices = []
+    for height in heights:
+        low[2], high[2] = height - options.half_thickness, height + options.half_thickness
+        part = decide_box(screens, PlacedBox.between(low, high, axes), points)
+        slices.append(Slice(float(height), part.regions, 2 * options.half_thickness))
+    return tuple(slices)
 
 
-def _shifted_points(
-    n_points: int, shifts: int, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
-    """Give points (shifts * n, 3) spread evenly over the unit cube.
+def _why_empty(screen: ReachScreen, draw: Draw) -> str:
+    """Say which constraint leaves nothing: the body, or the limits of which joints."""
+    arm = screen.task.arm
+    box = PlacedBox.between(screen.low, screen.high)
+    if draw.blocked is not None:
+        bare = decide_box((screen,), box, replace(draw, blocked=None))
+        if bare.regions["free"].inside.any():
+            return "the body blocks all of it"
+    return f"the joint limits leave no volume; {held_joints(arm)}"
 
-    Each shift is moved, turned and mirrored at random, so that no pattern shows in pictures.
+
+def held_joints(arm: Arm) -> str:
+    """Say which joints have no range, or how narrow the widest is.
+
+    Example:
+        >>> from selfmotion.arms import load_arm
+        >>> arm = load_arm("planar")
+        >>> held_joints(arm.with_limits({"joint_1": (0.0, 0.0)}))
+        'no range: joint_1'
     """
-    base = golden_steps(3) * np.arange(n_points)[:, None]
-    parts = []
-    for _ in range(shifts):
-        steps = base[:, rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
-        parts.append((steps + rng.random(3)) % 1.0)
-    return np.concatenate(parts), freeze(np.repeat(np.arange(shifts), n_points))
+    width = arm.upper - arm.lower
+    held = [j for j, w in zip(arm.joints, width, strict=True) if w < NO_RANGE]
+    if held:
+        return f"no range: {', '.join(held)}"
+    widest = int(np.argmax(width))
+    return f"the widest range, of {arm.joints[widest]}, is {np.rad2deg(width[widest]):.3g} degrees"
 
 
 def _check_nested(arm: Arm, limited: Arm) -> None:
