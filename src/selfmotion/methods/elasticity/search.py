@@ -109,7 +109,7 @@ def best_fit(problem: Problem, order: np.ndarray) -> Fit:
 
 
 def _best_start(problem: Problem, order: np.ndarray, least: int) -> Fit:
-    """Try several starts on a few postures; the distance of all tells false minima from the true."""
+    """Try several starts on a few postures; the distance of all tells which minimum is true."""
     trial = _part(problem, order[:: max(1, len(order) // max(TRIAL_SIZE, least))])
     tried = [_search(trial, K, rest, TRIAL) for K, rest in _starts(problem, trial)]
     return min((_at(problem, fit.K, fit.rest) for fit in tried), key=_order)
@@ -154,9 +154,19 @@ def system(problem: Problem, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
     b = -(root * (fit.white @ fit.found.delta[..., None])).ravel()
     if problem.prior is not None:
         P, p = problem.prior.rows(fit.K, fit.rest, problem.trace)
+        P = P @ _at_trace(fit.K, problem.trace)
         A = np.concatenate([A, fit.scale * P])
         b = np.concatenate([b, fit.scale * p])
     return A, b
+
+
+def _at_trace(K: np.ndarray, trace: float) -> np.ndarray:
+    """Give the derivative of (entries of K, q*) after K was brought to its trace."""
+    n = len(K)
+    rows, columns = entries(n)
+    out = np.eye(len(rows) + n)
+    out[: len(rows), : len(rows)] -= np.outer(K[rows, columns], rows == columns) / trace
+    return out
 
 
 def _search(problem: Problem, K: np.ndarray, rest: np.ndarray, stop: _Stop) -> Fit:
