@@ -7,6 +7,7 @@ import typer
 
 from selfmotion.cli.options import Json, Out
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers
+from selfmotion.cli.recordings import Forward, LengthUnit, Rate, Stated, Up, load_marker_file
 from selfmotion.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -86,6 +87,10 @@ def angles(
     kind: Annotated[
         Literal["mot", "csv", "parquet"], typer.Option("--format", help="Of the files in --out.")
     ] = "mot",
+    length_unit: LengthUnit = None,
+    rate: Rate = None,
+    up: Up = None,
+    forward: Forward = None,
     json: Json = False,
     out: Out = None,
 ) -> int:
@@ -93,15 +98,15 @@ def angles(
     from selfmotion.capture.angles import angles_from_markers
     from selfmotion.capture.person import CaptureOptions, calibrate_person
     from selfmotion.capture.protocol import load_protocol
-    from selfmotion.motion.files import load_markers
     from selfmotion.provenance import hash_file
     from selfmotion.studies.trial_run import person_arm
 
     names = load_protocol(protocol)
-    recorded = [load_markers(path, frame=names.frame) for path in markers]
+    stated = Stated(length_unit, None, rate, up, forward)
+    recorded = [load_marker_file(path, stated, default=names.frame) for path in markers]
     person = calibrate_person(
         person_arm(arm, adult=ranges == "adult"),
-        load_markers(static, frame=names.frame),
+        load_marker_file(static, stated, default=names.frame),
         recorded,
         side=side,
         protocol=names,
@@ -114,6 +119,7 @@ def angles(
         movements.append(describe(path, motion, target))
     choices = {"arm": arm, "side": side, "protocol": names.name, "cutoff_hz": cutoff or None}
     choices |= {"max_gap_s": max_gap, "ranges": ranges, "centres": person.options.centres}
+    choices |= stated.choices()
     document = AnglesDocument(
         provenance=Provenance(
             "angles", inputs={p.name: hash_file(p) for p in [static, *markers]}, choices=choices

@@ -141,7 +141,7 @@ def read_paths(
         SelfmotionError: one line that names the file and what is wrong with it.
     """
     if arm is not None:
-        return read_study(inputs, arm=arm, task=task, cutoff=cutoff)
+        return read_study(inputs, arm=arm, task=task, cutoff=cutoff)[0]
     if task is not None:
         raise RangeError(f"--task {task}: has a meaning only with --arm")
     from selfmotion.motion.files import load

@@ -8,7 +8,17 @@ import typer
 
 from selfmotion.cli.options import Json, Out
 from selfmotion.cli.output import Contract, Document, Part, finish
-from selfmotion.cli.recordings import ArmName, Cutoff, TaskName
+from selfmotion.cli.recordings import (
+    AngleUnit,
+    ArmName,
+    Cutoff,
+    Forward,
+    LengthUnit,
+    Rate,
+    Stated,
+    TaskName,
+    Up,
+)
 from selfmotion.errors import RangeError, SelfmotionError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -74,6 +84,11 @@ def segment(
     arm: ArmName = None,
     task: TaskName = None,
     cutoff: Cutoff = None,
+    length_unit: LengthUnit = None,
+    angle_unit: AngleUnit = None,
+    rate: Rate = None,
+    up: Up = None,
+    forward: Forward = None,
     share: Annotated[
         float, typer.Option("--share", help="Share of peak speed that counts as rest.")
     ] = 0.05,
@@ -90,15 +105,20 @@ def segment(
     from selfmotion.provenance import hash_file
 
     rules = StrokeRules(share=share, valley=valley)
+    stated = Stated(length_unit, angle_unit, rate, up, forward)
     found: list[SegmentedMovement] = []
     if marker is None:
         from selfmotion.cli.recordings import read_study
 
-        for recording in read_study(inputs, arm=arm, task=task, cutoff=cutoff):
+        study, unread = read_study(inputs, arm=arm, task=task, cutoff=cutoff, stated=stated)
+        found += [_failed(bad.file, bad.status) for bad in unread]
+        for recording in study:
             found.append(_attempt(recording.name, lambda r=recording: _of_recording(r, rules)))
     else:
         for path in inputs:
-            found.append(_attempt(str(path), lambda p=path: _of_marker(p, marker, cutoff, rules)))
+            found.append(
+                _attempt(str(path), lambda p=path: _of_marker(p, marker, cutoff, (stated, rules)))
+            )
     good = [i for i, m in enumerate(found) if not m.failed]
     apart = stands_apart([found[i].length_m or 0.0 for i in good])
     apart = apart | stands_apart([found[i].duration_s or 0.0 for i in good])
@@ -108,6 +128,7 @@ def segment(
         found[i] = replace(found[i], stands_apart=far)
     hashes = {p.name: hash_file(p) for p in inputs if p.is_file()}
     choices = {"share": share, "valley": valley, "marker": marker, "arm": arm, "cutoff_hz": cutoff}
+    choices |= stated.choices()
     document = SegmentDocument(
         provenance=Provenance("segment", inputs=hashes, choices=choices), movements=found
     )
@@ -122,17 +143,21 @@ def _attempt(name: str, measure: Callable[[], SegmentedMovement]) -> SegmentedMo
     try:
         return measure()
     except SelfmotionError as error:
-        return SegmentedMovement(
-            name=name,
-            onset_s=None,
-            offset_s=None,
-            duration_s=None,
-            length_m=None,
-            strokes=[],
-            stands_apart=False,
-            failed=True,
-            status=str(error),
-        )
+        return _failed(name, str(error))
+
+
+def _failed(name: str, status: str) -> SegmentedMovement:
+    return SegmentedMovement(
+        name=name,
+        onset_s=None,
+        offset_s=None,
+        duration_s=None,
+        length_m=None,
+        strokes=[],
+        stands_apart=False,
+        failed=True,
+        status=status,
+    )
 
 
 def _of_recording(recording: "Recording", rules: "StrokeRules") -> SegmentedMovement:
@@ -148,14 +173,15 @@ def _of_recording(recording: "Recording", rules: "StrokeRules") -> SegmentedMove
 
 
 def _of_marker(
-    path: Path, marker: str, cutoff: float | None, rules: "StrokeRules"
+    path: Path, marker: str, cutoff: float | None, how: "tuple[Stated, StrokeRules]"
 ) -> SegmentedMovement:
     import numpy as np
 
-    from selfmotion.motion.files import load_markers
+    from selfmotion.cli.recordings import load_marker_file
     from selfmotion.motion.filters import differentiate, fill_gaps, low_pass
 
-    seen = load_markers(path)
+    stated, rules = how
+    seen = load_marker_file(path, stated)
     points, _ = fill_gaps(seen.point(marker), seen.time, max_gap=0.2)
     if seen.rate is not None:  # raw markers: noise at the ends would look like motion
         points = low_pass(points, seen.rate, MARKER_CUTOFF if cutoff is None else cutoff)

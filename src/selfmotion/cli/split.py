@@ -9,10 +9,17 @@ import typer
 from selfmotion.cli.options import Json, Out, Report
 from selfmotion.cli.output import Contract, Document, Number, Part, Vector, finish, numbers, save
 from selfmotion.cli.recordings import (
+    AngleUnit,
     ArmName,
     Cutoff,
+    Forward,
     Inputs,
+    LengthUnit,
+    Rate,
+    Stated,
     TaskName,
+    UnreadFile,
+    Up,
     provenance_of,
     read_study,
 )
@@ -73,7 +80,10 @@ class Manifold(Part, frozen=True, kw_only=True):
 
 
 class SplitDocument(Document, frozen=True, tag="selfmotion/split/1", kw_only=True):
-    """Shares of each recording, and the variance over repetitions where there are any."""
+    """Shares of each recording, and the variance over repetitions where there are any.
+
+    `unread` are files of a folder that could not be read; they do not count.
+    """
 
     joints: list[str]
     weights: Vector
@@ -81,6 +91,7 @@ class SplitDocument(Document, frozen=True, tag="selfmotion/split/1", kw_only=Tru
     n_dropped: int
     recordings: list[Share]
     manifold: list[Manifold]
+    unread: list[UnreadFile]
 
 
 CONTRACT = Contract(
@@ -101,6 +112,11 @@ def split(
     arm: ArmName = None,
     task: TaskName = None,
     cutoff: Cutoff = None,
+    length_unit: LengthUnit = None,
+    angle_unit: AngleUnit = None,
+    rate: Rate = None,
+    up: Up = None,
+    forward: Forward = None,
     json: Json = False,
     out: Out = None,
     report: Report = None,
@@ -108,7 +124,9 @@ def split(
     """Part joint velocity into what moves the hand and what does not."""
     from selfmotion.methods.velocity_split import split as split_recording
 
-    study, n_dropped = read_study(inputs, arm=arm, task=task, cutoff=cutoff).drop_gaps()
+    stated = Stated(length_unit, angle_unit, rate, up, forward)
+    read, unread = read_study(inputs, arm=arm, task=task, cutoff=cutoff, stated=stated)
+    study, n_dropped = read.drop_gaps()
     joints = study.joints
     refuse_still(study)
     W, origin = choose_weights(weights, study)
@@ -116,7 +134,13 @@ def split(
     variances = manifold_variances(study)
     document = SplitDocument(
         provenance=provenance_of(
-            Provenance("split"), inputs, weights=origin, arm=arm, task=task, cutoff=cutoff
+            Provenance("split"),
+            inputs,
+            weights=origin,
+            arm=arm,
+            task=task,
+            cutoff=cutoff,
+            **stated.choices(),
         ),
         joints=list(joints),
         weights=numbers(W),
@@ -124,6 +148,7 @@ def split(
         n_dropped=n_dropped,
         recordings=[share(p, r.labels.to_dict()) for p, r in zip(parts, study, strict=True)],
         manifold=[manifold(v, key) for key, v in variances.items()],
+        unread=unread,
     )
     written = []
     if out is not None:
@@ -132,9 +157,8 @@ def split(
         from selfmotion.report.split_page import write_split_report
 
         written.append(write_split_report(report, study, W, parts, variances))
-    return finish(
-        document, "\n".join([as_text(document), *(f"wrote {path}" for path in written)]), json=json
-    )
+    text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
+    return finish(document, text, json=json, failed=len(unread))
 
 
 def refuse_still(study: "Study") -> None:
@@ -303,6 +327,7 @@ def as_text(document: SplitDocument) -> str:
         f"{r.name:{width}}  {_percent(r.task_share)}  {_percent(r.null_share)}"
         for r in document.recordings
     ]
+    lines += [f"{bad.file}: not read: {bad.status}" for bad in document.unread]
     for m in document.manifold:
         who = ", ".join(v for v in (m.subject, m.side, m.condition, m.target) if v) or "all"
         lines.append(

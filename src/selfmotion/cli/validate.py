@@ -7,6 +7,16 @@ import typer
 
 from selfmotion.cli.options import Json
 from selfmotion.cli.output import Contract, Document, Number, Part, finish
+from selfmotion.cli.recordings import (
+    NOTHING,
+    AngleUnit,
+    Forward,
+    LengthUnit,
+    Rate,
+    Stated,
+    Up,
+    reason,
+)
 from selfmotion.errors import FileFormatError, SelfmotionError
 from selfmotion.provenance import Provenance, hash_file
 
@@ -79,13 +89,21 @@ def validate(
     files: Annotated[
         list[Path], typer.Argument(metavar="FILE...", help="Files, or folders of files.")
     ],
+    length_unit: LengthUnit = None,
+    angle_unit: AngleUnit = None,
+    rate: Rate = None,
+    up: Up = None,
+    forward: Forward = None,
     json: Json = False,
 ) -> int:
     """Say what files hold: their units, frame and gaps."""
+    stated = Stated(length_unit, angle_unit, rate, up, forward)
     paths = expand(files)
-    entries = [entry(path) for path in paths]
+    entries = [entry(path, stated) for path in paths]
     hashes = {e.file: hash_file(p) for e, p in zip(entries, paths, strict=True)}
-    document = ValidateDocument(provenance=Provenance("validate", inputs=hashes), files=entries)
+    document = ValidateDocument(
+        provenance=Provenance("validate", inputs=hashes, choices=stated.choices()), files=entries
+    )
     text = "\n\n".join(as_text(e) for e in entries)
     return finish(document, text, json=json, failed=sum(e.status != OK for e in entries))
 
@@ -110,15 +128,15 @@ def expand(paths: list[Path]) -> list[Path]:
     return found
 
 
-def entry(path: Path) -> FileEntry:
+def entry(path: Path, stated: Stated = NOTHING) -> FileEntry:
     """Describe one file, or say why it cannot be read."""
-    from selfmotion.motion.files.describe import describe
+    from selfmotion.motion.files.describe import Known, describe
 
+    known = Known(stated.angle_unit, stated.length_unit, stated.rate, stated.frame())
     try:
-        content = describe(path)
+        content = describe(path, known)
     except SelfmotionError as error:
-        reason = " ".join(str(error).split()).removeprefix(f"{path}: ")
-        return FileEntry(file=str(path), status=reason, content=None)
+        return FileEntry(file=str(path), status=reason(error, path), content=None)
     return FileEntry(file=str(path), status=OK, content=as_entry(content))
 
 

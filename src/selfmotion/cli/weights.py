@@ -29,10 +29,17 @@ from selfmotion.cli.output import (
     save,
 )
 from selfmotion.cli.recordings import (
+    AngleUnit,
     ArmName,
     Cutoff,
+    Forward,
     Inputs,
+    LengthUnit,
+    Rate,
+    Stated,
     TaskName,
+    UnreadFile,
+    Up,
     provenance_of,
     read_study,
 )
@@ -95,7 +102,10 @@ class Comparators(Part, frozen=True, kw_only=True):
 class WeightsDocument(
     Estimate, frozen=True, tag_field="schema", tag="selfmotion/weights/1", kw_only=True
 ):
-    """Weights of the joints, pooled over all that was read, and of its parts if asked for."""
+    """Weights of the joints, pooled over all that was read, and of its parts if asked for.
+
+    `unread` are files of a folder that could not be read; they do not count.
+    """
 
     version: str = __version__
     provenance: Provenance
@@ -103,6 +113,7 @@ class WeightsDocument(
     n_rank_deficient: int
     per: str
     items: list[Item]
+    unread: list[UnreadFile]
     comparators: Comparators
 
 
@@ -127,6 +138,11 @@ def weights(
     arm: ArmName = None,
     task: TaskName = None,
     cutoff: Cutoff = None,
+    length_unit: LengthUnit = None,
+    angle_unit: AngleUnit = None,
+    rate: Rate = None,
+    up: Up = None,
+    forward: Forward = None,
     method: Annotated[
         Literal["ml", "paper", "feedback"],
         typer.Option(
@@ -176,7 +192,9 @@ def weights(
 
     warn_of_idle(method, per, null_ratio=null_ratio, null_schedule=null_schedule, windows=windows)
     ratio, schedule = 0.9 if null_ratio is None else null_ratio, null_schedule or "constant"
-    study, n_dropped = read_study(inputs, arm=arm, task=task, cutoff=cutoff).drop_gaps()
+    stated = Stated(length_unit, angle_unit, rate, up, forward)
+    read, unread = read_study(inputs, arm=arm, task=task, cutoff=cutoff, stated=stated)
+    study, n_dropped = read.drop_gaps()
     if per != "person" and not quiet:
         warn_of_pooling(study)
 
@@ -197,12 +215,15 @@ def weights(
         parts = parts_of(study, identify, per)
     items = [Item(name=n, failed=not e.status.ok, **record(e)) for n, e in parts.items()]
     document = WeightsDocument(
-        provenance=provenance_of(pooled.provenance, inputs, arm=arm, task=task, cutoff=cutoff),
+        provenance=provenance_of(
+            pooled.provenance, inputs, arm=arm, task=task, cutoff=cutoff, **stated.choices()
+        ),
         **record(pooled),
         n_dropped=n_dropped,
         n_rank_deficient=pooled.n_rank_deficient,
         per=per,
         items=items,
+        unread=unread,
         comparators=comparators(study),
     )
     written = []
@@ -213,8 +234,9 @@ def weights(
 
         written.append(write_weights_report(report, study, pooled, identify))
     texts = [as_text(pooled), *(f"\n{name}: {as_text(e)}" for name, e in parts.items())]
+    texts += [f"{bad.file}: not read: {bad.status}" for bad in unread]
     text = "\n".join([*texts, *(f"wrote {path}" for path in written)])
-    failed = sum(item.failed for item in items) + (not pooled.status.ok)
+    failed = sum(item.failed for item in items) + (not pooled.status.ok) + len(unread)
     return finish(document, text, json=json, failed=failed)
 
 

@@ -88,7 +88,7 @@ class Frame:
         if self.up is None or self.forward is None:
             raise RangeError(
                 f"frame {self.name!r}: its up and forward axes are not known, so nothing can be "
-                "turned into it or out of it"
+                "turned into it or out of it; state them (frame=..., --up and --forward)"
             )
         up, forward = _axis_vector(self.up), _axis_vector(self.forward)
         return np.stack([np.cross(forward, up), forward, up])

@@ -51,7 +51,9 @@ def test_what_real_files_do_gives_the_same_motion(tmp_path, change, encoding):
 
 def test_units_are_stated_or_in_the_file_never_guessed(tmp_path):
     bare = (HEAD + ROWS).replace("inDegrees=yes\n", "")
-    with pytest.raises(FileFormatError, match='no inDegrees.*state it \\(unit="deg" or "rad"\\)'):
+    with pytest.raises(
+        FileFormatError, match='no inDegrees.*state it \\(unit="deg" or "rad"; --angle-unit\\)'
+    ):
         read(tmp_path, bare)
     assert read(tmp_path, bare, unit="deg").array("q")[0, 0] == pytest.approx(np.pi)
     assert read(tmp_path, bare, unit="rad").array("q")[0, 0] == 180.0

@@ -28,7 +28,9 @@ def load(
     path: str | Path,
     *,
     unit: Literal["rad", "deg"] | None = None,
+    length_unit: Literal["m", "cm", "mm"] | None = None,
     rate: float | None = None,
+    frame: Frame | None = None,
 ) -> "Study":
     """Read a file of joint motion: .npz, .mat, .csv, .mot, .sto, .parquet or Motion-BIDS.
 
@@ -39,7 +41,11 @@ def load(
     Args:
         path: the file; of Motion-BIDS the ``*_motion.tsv``.
         unit: unit of the angles, where a text file does not name it.
-        rate: sampling rate, Hz, where a CSV has no time.
+        length_unit: unit of the hand's path, where a CSV does not name it; else metres.
+        rate: sampling rate, Hz, where the file has no time.
+        frame: the axes of the hand's path, where the file does not tell them; either may be None.
+
+    What is stated and contradicts the file is refused.
 
     Raises:
         SelfmotionError: one line that names file, row or field, value and what is allowed.
@@ -58,6 +64,33 @@ def load(
             f"{path}: holds markers, not joint angles: load_markers reads them, and `selfmotion "
             "angles` makes angles of them"
         )
+    if kind == "csv":
+        from selfmotion.motion.files.angles_csv import read_angles_csv
+
+        study = read_angles_csv(path, unit=unit, length_unit=length_unit, rate=rate)
+    else:
+        from selfmotion.motion.files.stated import refuse_other_unit, with_rate
+
+        study = _load_binary_or_storage(path, kind, unit)
+        if any(recording.x is not None for recording in study):
+            refuse_other_unit(path, "lengths", "m", length_unit)
+        study = with_rate(study, rate)
+    from selfmotion.motion.files.stated import with_frame
+
+    return with_frame(study, frame)
+
+
+def _load_binary_or_storage(path: Path, kind: str, unit: Literal["rad", "deg"] | None) -> "Study":
+    """Read a format that names its units, or has them by contract."""
+    from selfmotion.motion.files.stated import refuse_other_unit
+
+    if kind == "storage":
+        from selfmotion.motion.files.storage import read_mot
+
+        return read_mot(path, unit=unit)
+    if kind == "bids":
+        return _bids_angles(path, unit)
+    refuse_other_unit(path, "angles", "rad", unit)
     if kind == "npz":
         from selfmotion.motion.files.npz import read_npz
 
@@ -66,25 +99,16 @@ def load(
         from selfmotion.motion.files.mat import read_mat
 
         return read_mat(path).study
-    if kind == "storage":
-        from selfmotion.motion.files.storage import read_mot
+    from selfmotion.motion.files.parquet import read_parquet
 
-        return read_mot(path, unit=unit)
-    if kind == "parquet":
-        from selfmotion.motion.files.parquet import read_parquet
-
-        return read_parquet(path)
-    if kind == "bids":
-        return _bids_angles(path)
-    from selfmotion.motion.files.angles_csv import read_angles_csv
-
-    return read_angles_csv(path, unit=unit, rate=rate)
+    return read_parquet(path)
 
 
 def load_markers(
     path: str | Path,
     *,
     unit: Literal["m", "cm", "mm"] | None = None,
+    rate: float | None = None,
     frame: Frame | None = None,
 ) -> "MarkerSet":
     r"""Read a file of marker trajectories: C3D, TRC, Vicon Nexus CSV or Motion-BIDS.
@@ -92,7 +116,9 @@ def load_markers(
     Args:
         path: the file; of Motion-BIDS the ``*_motion.tsv``.
         unit: unit of length, where a C3D or TRC does not name it.
+        rate: frames a second, where a C3D does not say; else it must agree with the file.
         frame: the axes of the laboratory: C3D knows at most the up axis, TRC and Vicon's CSV none.
+            An axis that is None is taken from the file, if that tells it.
 
     Raises:
         SelfmotionError: one line that names file, row or field, value and what is allowed.
@@ -105,12 +131,29 @@ def load_markers(
         >>> load_markers(where, frame=Frame(up="z", forward="y")).names
         ('STRN',)
     """
+    from dataclasses import replace
+
+    from selfmotion.motion.files.stated import merged_frame, require_rate
+
     path = Path(path)
+    partial = frame is not None and not frame.known
+    found = _read_markers(path, (unit, None if partial else frame, rate))
+    require_rate(str(path), found.rate, rate)
+    if frame is not None and partial:
+        return replace(found, frame=merged_frame(str(path), found.frame, frame))
+    return found
+
+
+def _read_markers(
+    path: Path, stated: "tuple[Literal['m', 'cm', 'mm'] | None, Frame | None, float | None]"
+) -> "MarkerSet":
+    """Read by the format's own reader what the caller states as unit, frame and rate."""
+    unit, frame, rate = stated
     kind = format_of(path)
     if kind == "c3d":
         from selfmotion.motion.files.c3d import read_c3d
 
-        return read_c3d(path, unit=unit, frame=frame)
+        return read_c3d(path, unit=unit, frame=frame, rate=rate)
     known = frame or UNKNOWN_FRAME
     if kind == "trc":
         from selfmotion.motion.files.trc import read_trc
@@ -119,9 +162,9 @@ def load_markers(
     if kind == "vicon":
         from selfmotion.motion.files.vicon_csv import read_vicon_csv
 
-        return read_vicon_csv(path, frame=known)
+        return read_vicon_csv(path, unit=unit, frame=known)
     if kind == "bids":
-        return _bids_markers(path, frame)
+        return _bids_markers(path, unit, frame)
     raise FileFormatError(
         f"{path}: holds no marker trajectories; allowed are .c3d, .trc, Vicon Nexus .csv and "
         "*_motion.tsv"
@@ -178,26 +221,33 @@ def _starts_vicon(line: str) -> bool:
     return line in ("trajectories", "devices", "model outputs", "joints", "segments")
 
 
-def _bids_angles(path: Path) -> "Study":
-    from selfmotion.motion.files.bids import read_bids
+def _bids_angles(path: Path, unit: str | None) -> "Study":
+    from selfmotion.motion.files.bids import ANGLE_UNITS, read_bids
+    from selfmotion.motion.files.stated import refuse_other_unit
     from selfmotion.motion.recording import Study
 
     found = read_bids(path)
     if found.recording is None:
         held = ", ".join([*found.units, *found.aside])
         raise FileFormatError(f"{path}: no channel of type JNTANG (there are {held})")
+    for named in found.units["JNTANG"].split(", "):
+        known = "deg" if ANGLE_UNITS.get(named.lower()) == ANGLE_UNITS["deg"] else "rad"
+        refuse_other_unit(path, "angles", known, unit)
     return Study((found.recording,))
 
 
-def _bids_markers(path: Path, frame: Frame | None) -> "MarkerSet":
+def _bids_markers(path: Path, unit: str | None, frame: Frame | None) -> "MarkerSet":
     from dataclasses import replace
 
     from selfmotion.motion.files.bids import read_bids
+    from selfmotion.motion.files.numeric_rows import scale_to_metres
 
     found = read_bids(path)
     if found.markers is None:
         held = ", ".join([*found.units, *found.aside])
         raise FileFormatError(f"{path}: no channel of type POS (there are {held})")
+    for named in found.units["POS"].split(", "):
+        scale_to_metres(path, named, unit, "channels.tsv, unit")
     if frame is None:
         return found.markers
     if found.markers.frame.known and found.markers.frame != frame:

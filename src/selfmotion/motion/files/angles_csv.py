@@ -25,6 +25,7 @@ from selfmotion.motion.recording import Recording, Study
 from selfmotion.writing import write_whole
 
 AngleUnit = Literal["rad", "deg"]
+LengthUnit = Literal["m", "cm", "mm"]
 DEGREE = np.pi / 180.0
 ANGLES = {"rad": 1.0, "radian": 1.0, "radians": 1.0}
 ANGLES |= {"deg": DEGREE, "degree": DEGREE, "degrees": DEGREE, "°": DEGREE}
@@ -35,6 +36,8 @@ UNITS = ANGLES | LENGTHS | TIMES
 SUFFIX_UNITS = ("deg", "rad", "mm", "cm", "ms")
 # Beyond one turn either way an angle without a unit is taken for degrees that lost theirs.
 PLAUSIBLE_RADIANS = 2.0 * np.pi
+# Farther than this from the origin (m) no hand is recorded; millimetres without a unit are.
+PLAUSIBLE_METRES = 20.0
 # Names that mean positions or quaternions elsewhere; taken for joints they would pass in silence.
 NOT_JOINTS = frozenset({"x", "y", "z", "qx", "qy", "qz", "qw"})
 VELOCITY = "_velocity"
@@ -54,6 +57,7 @@ def read_angles_csv(
     path: str | Path,
     *,
     unit: AngleUnit | None = None,
+    length_unit: LengthUnit | None = None,
     rate: float | None = None,
     joints: Sequence[str] | None = None,
 ) -> Study:
@@ -62,6 +66,7 @@ def read_angles_csv(
     Args:
         path: the file.
         unit: unit of the angles whose column names none; None: radians, checked for plausibility.
+        length_unit: the same of the hand's path; None: metres, checked for plausibility.
         rate: sampling rate, Hz, where the file has no time.
         joints: names of the columns that are joint angles; the others are left aside. Left out:
             all beside time, labels and the hand.
@@ -90,7 +95,7 @@ def read_angles_csv(
     hand = [c for c in moving if c.name.startswith("hand_")]
     angles = [c for c in moving if c not in hand]
     arrays |= _pair(table, angles, unit, ("q", "qd", "joints"))
-    arrays |= _pair(table, hand, None, ("x", "xd", "rows"))
+    arrays |= _pair(table, hand, length_unit, ("x", "xd", "rows"))
     if "q" not in arrays:
         raise FileFormatError(f"{table.path}: no column of joint angles beside time and labels")
     return study_from_arrays(table.path, arrays)
@@ -251,12 +256,16 @@ def _clock(table: Table, columns: list[_Column], rate: float | None) -> dict[str
     if "sample" in named:
         return {}
     raise FileFormatError(
-        f"{table.path}: no column time (s): name it so, or state the rate, or name a column sample"
+        f"{table.path}: no column time (s): name it so, or state the rate (rate=..., --rate), or "
+        "name a column sample"
     )
 
 
 def _pair(
-    table: Table, columns: list[_Column], unit: AngleUnit | None, fields: tuple[str, str, str]
+    table: Table,
+    columns: list[_Column],
+    unit: AngleUnit | LengthUnit | None,
+    fields: tuple[str, str, str],
 ) -> dict[str, np.ndarray]:
     """Read positions and, where there are such columns, their velocities, in the same order."""
     position, velocity, names = fields
@@ -276,11 +285,14 @@ def _pair(
 
 
 def _values(
-    table: Table, column: _Column, unit: AngleUnit | None, kind: dict[str, float]
+    table: Table,
+    column: _Column,
+    unit: AngleUnit | LengthUnit | None,
+    kind: dict[str, float],
 ) -> np.ndarray:
-    """Read a column in SI units; refuse an angle without a unit that cannot be radians."""
+    """Read a column in SI units; refuse one without a unit that cannot be radians or metres."""
     values = table.numbers(column.header)
-    named = column.unit or (unit if "rad" in kind else "m")
+    named = column.unit or unit
     if named is not None:
         if named not in kind:
             allowed = ", ".join(kind)
@@ -288,13 +300,18 @@ def _values(
                 f"{table.path}: column {column.header}: unit {named!r}; allowed are {allowed}"
             )
         return values * kind[named]
-    beyond = np.flatnonzero(np.abs(values) > PLAUSIBLE_RADIANS)
+    angle = "rad" in kind
+    bound = PLAUSIBLE_RADIANS if angle else PLAUSIBLE_METRES
+    beyond = np.flatnonzero(np.abs(values) > bound)
     if beyond.size and not column.name.endswith(VELOCITY):
-        at = int(beyond[0])
+        name = column.name
         raise table.refusal(
-            at,
+            int(beyond[0]),
             column.header,
-            f"is beyond 2 pi rad: name the column {column.name}_deg (or {column.name}_rad), or "
-            "state the unit",
+            f"is beyond 2 pi rad: name the column {name}_deg (or {name}_rad), or state the unit "
+            "(unit=..., --angle-unit)"
+            if angle
+            else f"is beyond {bound:g} m: name the column {name}_mm (or {name} [m]), or state the "
+            "unit (length_unit=..., --length-unit)",
         )
     return values

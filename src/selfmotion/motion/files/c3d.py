@@ -50,6 +50,7 @@ def read_c3d(
     *,
     unit: LengthUnit | None = None,
     frame: Frame | None = None,
+    rate: float | None = None,
     labels: Labels | None = None,
 ) -> MarkerSet:
     """Read marker trajectories from a C3D file; time counts from the first frame of the trial.
@@ -59,6 +60,7 @@ def read_c3d(
         unit: unit of length, where the file names none.
         frame: the axes of the laboratory; left out: the up axis of POINT:Y_SCREEN, if any, and
             an unknown forward axis.
+        rate: frames a second, where the file says 0.
         labels: whose movement this is; left out: a subject's prefix tells the subject.
 
     Raises:
@@ -79,12 +81,15 @@ def read_c3d(
     """
     table = read_c3d_table(path)
     scale = scale_to_metres(path, table.unit, unit, "POINT:UNITS")
-    if not 0.0 < table.rate < 1e6:
-        raise FileFormatError(f"{path}: rate {table.rate:g} Hz; allowed is a positive number")
+    hertz = rate if table.rate == 0.0 and rate is not None else table.rate
+    if not 0.0 < hertz < 1e6:
+        raise FileFormatError(
+            f"{path}: rate {hertz:g} Hz; a positive number is needed (rate=..., --rate)"
+        )
     names, prefix = without_prefix(table.names)
     known = Frame(table.up, None, "file") if table.up else UNKNOWN_FRAME
     return MarkerSet(
-        (table.first + np.arange(len(table.values))) / table.rate,
+        (table.first + np.arange(len(table.values))) / hertz,
         names,
         table.values * scale,
         frame or known,

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -75,8 +76,52 @@ class FileContent:
     notes: tuple[str, ...] = field(default=())
 
 
-def describe(path: str | Path) -> FileContent:
+@dataclass(frozen=True)
+class Known:
+    """What a caller knows of a file that does not say it itself; None: nothing.
+
+    Attributes:
+        angle_unit: unit of angles.
+        length_unit: unit of positions.
+        rate: sampling rate (Hz).
+        frame: axes; either may be None.
+    """
+
+    angle_unit: Literal["rad", "deg"] | None = None
+    length_unit: Literal["m", "cm", "mm"] | None = None
+    rate: float | None = None
+    frame: Frame | None = None
+
+    def load(self, path: Path) -> Study:
+        """Read joint motion."""
+        return load(
+            path,
+            unit=self.angle_unit,
+            length_unit=self.length_unit,
+            rate=self.rate,
+            frame=self.frame,
+        )
+
+    def load_markers(self, path: Path) -> MarkerSet:
+        """Read markers."""
+        return load_markers(path, unit=self.length_unit, rate=self.rate, frame=self.frame)
+
+    def load_orientations(self, path: Path) -> tuple[Orientations, ...]:
+        """Read orientations."""
+        from selfmotion.motion.files.orientation import read_orientations
+
+        return read_orientations(path, rate=self.rate, frame=self.frame)
+
+
+UNKNOWN = Known()
+
+
+def describe(path: str | Path, known: Known = UNKNOWN) -> FileContent:
     r"""Say what a file holds.
+
+    Args:
+        path: the file.
+        known: what the caller knows of it.
 
     Raises:
         SelfmotionError: it cannot be read, with the reason.
@@ -94,19 +139,19 @@ def describe(path: str | Path) -> FileContent:
         raise FileFormatError(f"{path}: a model, no recording: `selfmotion arms` describes it")
     match format_of(path):
         case "c3d":
-            return _c3d(path)
+            return _c3d(path, known)
         case "trc":
-            return _trc(path)
+            return _trc(path, known)
         case "vicon":
-            return _of_markers("vicon", load_markers(path), {"lengths": _vicon_unit(path)})
+            return _vicon(path, known)
         case "storage":
-            return _storage(path)
+            return _storage(path, known)
         case "bids":
-            return _bids(path)
+            return _bids(path, known)
         case "csv":
-            return _csv(path)
+            return _csv(path, known)
         case kind:
-            return _arrays(path, kind)
+            return _arrays(path, kind, known)
 
 
 def gap_lengths(missing: np.ndarray) -> tuple[int, int]:
@@ -122,10 +167,10 @@ def gap_lengths(missing: np.ndarray) -> tuple[int, int]:
     return int(missing.sum()), int((edges[1::2] - edges[::2]).max())
 
 
-def _c3d(path: Path) -> FileContent:
+def _c3d(path: Path, known: Known) -> FileContent:
     from selfmotion.motion.files.c3d import read_c3d_table
 
-    markers = load_markers(path)
+    markers = known.load_markers(path)
     table = read_c3d_table(path)
     notes = []
     if table.outputs:
@@ -133,17 +178,26 @@ def _c3d(path: Path) -> FileContent:
     unnamed = sum(name.startswith("unlabelled_") for name in table.names)
     if unnamed:
         notes.append(f"{unnamed} trajectories have no label")
-    return _of_markers("c3d", markers, {"lengths": str(table.unit)}, notes)
+    return _of_markers("c3d", markers, {"lengths": _said(table.unit, known)}, notes)
 
 
-def _trc(path: Path) -> FileContent:
+def _trc(path: Path, known: Known) -> FileContent:
     from selfmotion.motion.files.trc import read_trc_table
 
-    markers = load_markers(path)
+    markers = known.load_markers(path)
     header = read_trc_table(path).header
     notes = _count_notes("NumFrames", header.get("numframes"), markers.n_samples)
     notes += _count_notes("NumMarkers", header.get("nummarkers"), markers.n_markers)
-    return _of_markers("trc", markers, {"lengths": str(header.get("units"))}, notes)
+    return _of_markers("trc", markers, {"lengths": _said(header.get("units"), known)}, notes)
+
+
+def _vicon(path: Path, known: Known) -> FileContent:
+    return _of_markers("vicon", known.load_markers(path), {"lengths": _vicon_unit(path, known)})
+
+
+def _said(unit: str | None, known: Known) -> str:
+    """Give the unit that the file names, or that the caller stated."""
+    return unit or f"{known.length_unit} (stated)"
 
 
 def _count_notes(what: str, promised: str | None, found: int) -> list[str]:
@@ -152,12 +206,11 @@ def _count_notes(what: str, promised: str | None, found: int) -> list[str]:
     return [f"its header says {what} {promised[:20]}; {found} are there"]
 
 
-def _storage(path: Path) -> FileContent:
-    from selfmotion.motion.files.orientation import read_orientations
+def _storage(path: Path, known: Known) -> FileContent:
     from selfmotion.motion.files.storage import is_length, read_storage, storage_cells
 
     if storage_cells(path)[1].get("datatype", "").lower() == "quaternion":
-        return _of_orientations("storage", read_orientations(path), "quaternions w, x, y, z")
+        return _of_orientations("storage", known.load_orientations(path), "quaternions w, x, y, z")
     table = read_storage(path)
     notes = _count_notes("nRows", table.header.get("nrows"), len(table.time))
     if table.other_content is not None:
@@ -168,62 +221,65 @@ def _storage(path: Path) -> FileContent:
             gaps=_gaps(table.columns, [np.isnan(table.values)]),
             notes=(*notes, f"no coordinates: {table.other_content}"),
         )  # fmt: skip
-    study = load(path)
-    unit = "deg (inDegrees=yes)" if table.in_degrees else "rad (inDegrees=no)"
+    study = known.load(path)
+    told = {True: "deg (inDegrees=yes)", False: "rad (inDegrees=no)"}
+    unit = f"{known.angle_unit} (stated)" if table.in_degrees is None else told[table.in_degrees]
     lengths = [name for name in study.joints if is_length(name)]
-    if lengths and table.in_degrees:
+    if lengths and unit.startswith("deg"):
         notes.append(f"taken for lengths by name: {', '.join(lengths)}")
     units = {"angles": unit} | ({"lengths": "m"} if lengths else {})
     return _of_study("storage", study, units, notes)
 
 
-def _bids(path: Path) -> FileContent:
+def _bids(path: Path, known: Known) -> FileContent:
     from selfmotion.motion.files.bids import read_bids
 
     found = read_bids(path)
     aside = [f"{count} channels of type {kind} left aside" for kind, count in found.aside.items()]
     if found.recording is not None:
-        study = Study((found.recording,))
+        study = known.load(path)
         if found.markers is not None:
             aside.append(f"{found.markers.n_markers} markers are there too")
         return _of_study("bids", study, {"angles": found.units["JNTANG"]}, aside)
     if found.markers is not None:
-        return _of_markers("bids", found.markers, {"lengths": found.units["POS"]}, aside)
+        return _of_markers("bids", known.load_markers(path), {"lengths": found.units["POS"]}, aside)
     if found.orientations:
         return _of_orientations("bids", found.orientations, "quaternions", aside)
     kinds = ", ".join(found.aside) or "none"
     raise FileFormatError(f"{path}: no channel of type POS, JNTANG or ORNT (types: {kinds})")
 
 
-def _csv(path: Path) -> FileContent:
+def _csv(path: Path, known: Known) -> FileContent:
     from selfmotion.motion.files.angles_csv import column_units
-    from selfmotion.motion.files.orientation import orientation_columns, read_orientations
+    from selfmotion.motion.files.orientation import orientation_columns
     from selfmotion.motion.files.table import read_table
 
     columns = orientation_columns(read_table(path).header)
     if columns:
         form = columns[0].form.replace("_", " ")
-        return _of_orientations("csv", read_orientations(path), form)
-    study = load(path)
+        return _of_orientations("csv", known.load_orientations(path), form)
+    study = known.load(path)
     units = column_units(path)
-    angles = {units.get(name) or "rad (not named)" for name in study.joints}
+    angle = f"{known.angle_unit} (stated)" if known.angle_unit else "rad (not named)"
+    length = f"{known.length_unit} (stated)" if known.length_unit else "m (not named)"
+    angles = {units.get(name) or angle for name in study.joints}
     named = {"angles": ", ".join(sorted(angles))}
     if study[0].n_rows:
-        rows = {units.get(f"hand_{row}") or "m (not named)" for row in study[0].rows}
+        rows = {units.get(f"hand_{row}") or length for row in study[0].rows}
         named["lengths"] = ", ".join(sorted(rows))
     return _of_study("csv", study, named)
 
 
-def _arrays(path: Path, kind: str) -> FileContent:
+def _arrays(path: Path, kind: str, known: Known) -> FileContent:
     """Describe what is in SI units by contract: .npz, .mat, Parquet."""
     if kind == "npz":
         from selfmotion.motion.files.npz import npz_arrays
-        from selfmotion.motion.files.orientation import WIDTHS, read_orientations
+        from selfmotion.motion.files.orientation import WIDTHS
 
         form = next((name for name in npz_arrays(path) if name in WIDTHS), None)
         if form is not None:
-            return _of_orientations("npz", read_orientations(path), form.replace("_", " "))
-    study = load(path)
+            return _of_orientations("npz", known.load_orientations(path), form.replace("_", " "))
+    study = known.load(path)
     return _of_study(kind, study, {"angles": "rad (by contract)", "lengths": "m (by contract)"})
 
 
@@ -314,10 +370,11 @@ def _rate(time: np.ndarray) -> float | None:
     return (len(time) - 1) / span if span > 0.0 else None
 
 
-def _vicon_unit(path: Path) -> str:
+def _vicon_unit(path: Path, known: Known) -> str:
     """Give the units in the row above the samples; the reader has checked that they are there."""
     from selfmotion.motion.files.table import read_text
 
     lines = [line.strip(' \t;,"').lower() for line in read_text(path).splitlines()]
     units = lines[lines.index("trajectories") + 4].replace(";", ",").replace("\t", ",")
-    return ", ".join(sorted({cell.strip() for cell in units.split(",") if cell.strip()}))
+    found = sorted({cell.strip() for cell in units.split(",") if cell.strip()})
+    return _said(", ".join(found), known)

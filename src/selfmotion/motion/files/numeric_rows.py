@@ -99,7 +99,7 @@ def scale_to_metres(path: str | Path, found: str | None, stated: str | None, whe
     if not named and stated is None:
         raise FileFormatError(
             f'{path}: {where} is empty, so the unit of length is not known: state it (unit="mm", '
-            '"cm" or "m")'
+            '"cm" or "m"; --length-unit)'
         )
     unit = named or str(stated)
     if unit not in METRES:

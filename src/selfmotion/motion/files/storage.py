@@ -314,7 +314,7 @@ def _unit(table: StorageTable, stated: AngleUnit | None) -> AngleUnit:
         if stated is None:
             raise FileFormatError(
                 f"{table.source}: the header has no inDegrees, so the unit of the angles is not "
-                'known: state it (unit="deg" or "rad")'
+                'known: state it (unit="deg" or "rad"; --angle-unit)'
             )
         return stated
     found: AngleUnit = "deg" if table.in_degrees else "rad"

@@ -11,17 +11,22 @@ from pathlib import Path
 import numpy as np
 
 from selfmotion.errors import FileFormatError
+from selfmotion.motion.files.numeric_rows import scale_to_metres
 from selfmotion.motion.files.table import read_text
+from selfmotion.motion.files.trc import LengthUnit
 from selfmotion.motion.labels import UNKNOWN_FRAME, Frame, Labels
 from selfmotion.motion.markers import MarkerSet, without_prefix
 
-METRES = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 SECTION = "trajectories"
 LEAD = 2  # the columns Frame and Sub Frame
 
 
 def read_vicon_csv(
-    path: str | Path, *, frame: Frame = UNKNOWN_FRAME, labels: Labels | None = None
+    path: str | Path,
+    *,
+    unit: LengthUnit | None = None,
+    frame: Frame = UNKNOWN_FRAME,
+    labels: Labels | None = None,
 ) -> MarkerSet:
     r"""Read the marker trajectories of a Vicon Nexus CSV file.
 
@@ -30,6 +35,7 @@ def read_vicon_csv(
 
     Args:
         path: the file; comma, semicolon or tab between cells, with or without BOM.
+        unit: unit of length, where the row of units is empty.
         frame: the axes of the laboratory, which the file does not tell.
         labels: whose movement this is; left out: the prefix tells the subject.
 
@@ -51,7 +57,7 @@ def read_vicon_csv(
     cells = [[cell.strip() for cell in line.split(mark)] for line in lines[start + 1 : start + 5]]
     rate = _rate(path, start + 2, cells[0][0])
     names = _names(path, start + 3, cells[1])
-    scale = _scales(path, start + 5, cells[3], len(names))
+    scale = _scales((path, start + 5), cells[3], len(names), unit)
     rows = _rows(lines[start + 5 :], mark)
     if not rows:
         raise FileFormatError(f"{path}: no frames after row {start + 5}")
@@ -110,17 +116,20 @@ def _names(path: str | Path, row: int, cells: list[str]) -> list[str]:
     return names
 
 
-def _scales(path: str | Path, row: int, cells: list[str], n_markers: int) -> np.ndarray:
+def _scales(
+    where: tuple[str | Path, int], cells: list[str], n_markers: int, stated: LengthUnit | None
+) -> np.ndarray:
+    """Give the metres in the unit of each column; a row without any unit needs a stated one."""
+    path, row = where
     units = cells[LEAD : LEAD + 3 * n_markers]
-    for unit in units:
-        if unit not in METRES:
-            known = ", ".join(METRES)
-            raise FileFormatError(f"{path}: row {row}: unit {unit[:40]!r}; allowed are {known}")
+    if not any(cells):
+        units = [""] * (3 * n_markers)
     if len(units) != 3 * n_markers:
         raise FileFormatError(
             f"{path}: row {row}: {len(units)} units for {n_markers} markers of 3 columns each"
         )
-    return np.array([METRES[unit] for unit in units])
+    scale = {name: scale_to_metres(path, name, stated, f"row {row}: unit") for name in {*units}}
+    return np.array([scale[name] for name in units])
 
 
 def _rows(lines: list[str], mark: str) -> list[list[str]]:
