@@ -84,6 +84,17 @@ class ReachScreen:
             refused |= np.any(away < self.radii[ball], axis=1)
         return refused
 
+    def at_least(self, points: ArrayLike) -> Float[np.ndarray, " points"]:
+        """Give a distance (m) that points (K, 3) are out of reach by at least; 0: not known."""
+        x = _points(points)
+        beyond = np.maximum(np.maximum(self.low - x, x - self.high), 0.0)
+        least = np.linalg.norm(beyond, axis=1)
+        if len(self.centres):
+            count = min(BALLS, len(self.centres))
+            away, ball = (np.reshape(a, (len(x), count)) for a in self._tree.query(x, k=count))
+            least = np.maximum(least, (self.radii[ball] - away).max(axis=1))
+        return np.maximum(least, 0.0)
+
     def decide(self, points: ArrayLike, *, options: IkOptions | None = None) -> Reach:
         """Decide points (K, 3): the screen first, inverse kinematics for what it leaves.
 
