@@ -5,9 +5,11 @@ import pytest
 
 from selfmotion.arms import load_arm
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
+from selfmotion.methods.joint_limited_ik import solve_ik
 from selfmotion.methods.reaching.envelope import Envelope, icosphere, reach_envelope
 from selfmotion.methods.workspace_mapping import WorkspaceMapping, workspace_mapping
 from selfmotion.provenance import Provenance
+from selfmotion.redundancy.task import Position
 from tests.methods.test_workspace import telescope
 
 BRACE = {"elbow_flexion": (np.deg2rad(64.2), np.deg2rad(114.0))}
@@ -72,13 +74,44 @@ def test_it_is_continuous(mapping):
 def test_a_sphere_is_found_and_scaled():
     """The telescope reaches a shell of 0.3 to 0.5 m; its envelope is the outer sphere."""
     centre = np.zeros(3)
-    envelope = reach_envelope(telescope(), centre=centre, subdivisions=2)
+    envelope = reach_envelope(telescope(), centre, subdivisions=2)
     np.testing.assert_allclose(envelope.radius, 0.5, atol=2e-4)
     larger = Envelope(centre, envelope.directions, envelope.faces, 2 * envelope.radius)
     mapping = WorkspaceMapping(envelope, larger, (1.0, 1.0), Provenance("test"))
     x = some(mapping, 50)
     np.testing.assert_allclose(mapping.map_points(x), 2 * x, rtol=1e-12)
     np.testing.assert_allclose(mapping.scale(x), 2.0, rtol=1e-12)
+
+
+def test_the_two_kinds_of_envelope():
+    """From inside the shell, the unbroken envelope ends at its inner wall, on the way inwards."""
+    arm, centre, inwards = telescope(), [0.4, 0.0, 0.0], np.array([-1.0, 0.0, 0.0])
+    outer = reach_envelope(arm, centre, subdivisions=1)
+    inner = reach_envelope(arm, centre, kind="unbroken", subdivisions=1)
+    assert (inner.radius <= outer.radius + 1e-3).all()
+    nearest = np.argmax(outer.directions @ inwards)
+    u = outer.directions[nearest]
+    b = u @ centre
+    assert inner.radius[nearest] == pytest.approx(-b - np.sqrt(b * b - 0.4**2 + 0.3**2), abs=2e-3)
+    assert outer.radius[nearest] == pytest.approx(-b + np.sqrt(b * b - 0.4**2 + 0.5**2), abs=2e-3)
+
+
+def test_images_of_the_unbroken_part_are_reached():
+    arm = load_arm("upper_limb")
+    splinted = arm.with_limits(BRACE)
+    mapping = workspace_mapping(arm, splinted, kind="unbroken", subdivisions=3)
+    assert min(mapping.fill) > 0.95
+    inside = some(mapping)
+    inside = inside[mapping.source.gauge(inside) < 0.9]
+    there = solve_ik(Position(splinted), mapping.map_points(inside))
+    assert there.solved.mean() > 0.95
+    a, b = mapping.source.centre, mapping.target.centre
+    np.testing.assert_allclose(a, b, atol=1e-9)  # the same person: the same place
+
+
+def test_arms_with_other_axes_are_refused():
+    with pytest.raises(RangeError, match="the same axes"):
+        workspace_mapping(load_arm("upper_limb"), load_arm("myoarm"))
 
 
 def test_fill_says_that_there_is_a_hollow():
@@ -108,7 +141,7 @@ def test_volume_of_an_octahedron():
 def test_what_is_refused(mapping):
     arm = load_arm("upper_limb")
     with pytest.raises(RangeError, match="reaches nothing in the direction"):
-        reach_envelope(arm, centre=[2.0, 0.0, 0.0], subdivisions=1)
+        reach_envelope(arm, [2.0, 0.0, 0.0], subdivisions=1)
     with pytest.raises(ShapeError):
         mapping.map_points([[0.0, 1.0]])
     with pytest.raises(NotFiniteError):

@@ -10,9 +10,13 @@ s: ``y = c' + s r'(u) u``. The map is continuous, keeps directions from the cent
 to envelope and centre to centre, is the identity for equal envelopes, and its inverse is the map
 the other way round, exactly. Points outside (s > 1) stay outside by the same share.
 
-What it does not promise: the envelope is that of the outermost points reached (`Envelope`), so an
-image may fall into a hollow of the other workspace; `workspace_mapping(...).fill` says how much of
-each envelope is reached.
+The centre is a place at the same distance from both shoulders, in lengths of the arm, and as deep
+inside both workspaces as can be; of places that are alike the one in front of the shoulder.
+
+What it does not promise: with ``kind="outermost"`` the envelopes hold hollows, and an image may
+fall into one (`fill` says how much of each envelope is reached). With ``kind="unbroken"`` images
+are reached, up to what lies between the directions looked at, but workspace behind a hollow counts
+as outside.
 """
 
 from dataclasses import dataclass
@@ -21,15 +25,19 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
-from selfmotion.methods.reaching.envelope import Envelope, checked_points, reach_envelope
+from selfmotion.kinematics.forward import tip_positions
+from selfmotion.methods.reaching.envelope import Envelope, Kind, checked_points, reach_envelope
 from selfmotion.methods.reaching.ik_seeds import evenly
 from selfmotion.methods.reaching.ik_tasks import HandRows
-from selfmotion.methods.reaching.screen import reach_screen
+from selfmotion.methods.reaching.screen import ReachScreen, reach_screen
 from selfmotion.provenance import Provenance, hash_arrays
 
 # Points that tell how much of an envelope is reached.
 FILL_POINTS = 4096
+# Points that the centre is chosen from, and what being in front is worth against depth.
+CENTRE_POINTS, IN_FRONT = 4096, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +94,8 @@ def workspace_mapping(
     source: Arm,
     target: Arm,
     *,
-    centres: tuple[ArrayLike | None, ArrayLike | None] = (None, None),
+    centres: tuple[ArrayLike, ArrayLike] | None = None,
+    kind: Kind = "outermost",
     subdivisions: int = 3,
     threads: int = 1,
 ) -> WorkspaceMapping:
@@ -95,12 +104,14 @@ def workspace_mapping(
     Args:
         source: arm, with its limits, whose hand positions are given.
         target: arm onto whose workspace they go.
-        centres: (3,) m of each; left out: the centroid of what is reached.
+        centres: (3,) m of each; left out: see `common_centres`.
+        kind: of both envelopes: outermost or unbroken.
         subdivisions: how fine the envelopes are; see `reach_envelope`.
         threads: how many threads share the points.
 
     Raises:
-        RangeError: a workspace is empty, or a centre is not inside it.
+        RangeError: a workspace is empty, a centre is not inside it, or the grounds of the two
+            arms have other axes.
 
     Example:
         >>> from selfmotion.arms import load_arm
@@ -111,19 +122,78 @@ def workspace_mapping(
         >>> bool(abs(mapping.inverse.map_points(there) - [0.2, 0.5, 0.0]).max() < 1e-12)
         True
     """
+    middles = common_centres(source, target) if centres is None else centres
     ends = [
-        reach_envelope(arm, centre=centre, subdivisions=subdivisions, threads=threads)
-        for arm, centre in zip((source, target), centres, strict=True)
+        reach_envelope(arm, middle, kind=kind, subdivisions=subdivisions, threads=threads)
+        for arm, middle in zip((source, target), middles, strict=True)
     ]
     limits = [a for arm in (source, target) for a in (arm.lower, arm.upper)]
     provenance = Provenance(
         "workspace_mapping",
         inputs={"limits": hash_arrays(*limits)},
-        choices={"source": source.name, "target": target.name, "subdivisions": subdivisions},
+        choices={
+            "source": source.name,
+            "target": target.name,
+            "kind": kind,
+            "subdivisions": subdivisions,
+        },
     )
     return WorkspaceMapping(
         ends[0], ends[1], (_fill(source, ends[0]), _fill(target, ends[1])), provenance
     )
+
+
+def common_centres(
+    source: Arm, target: Arm
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """Choose the centre of each workspace (m): deep inside both, and at the same place.
+
+    The same place: from the shoulder, in lengths of the stretched arm. Of places that are as deep
+    the one further forward is taken.
+
+    Raises:
+        RangeError: no place is inside both, or the grounds of the two arms have other axes.
+    """
+    for name in ("up", "forward"):
+        if not np.allclose(getattr(source, name), getattr(target, name)):
+            raise RangeError(
+                f"{name} is {getattr(source, name).tolist()} for {source.name} and "
+                f"{getattr(target, name).tolist()} for {target.name}: allowed are arms whose "
+                "grounds have the same axes"
+            )
+    screens = [reach_screen(HandRows(a, ("x", "y", "z")), n_points=1024) for a in (source, target)]
+    shoulders, spans = zip(*(_shoulder_and_span(a) for a in (source, target)), strict=True)
+    points = evenly(CENTRE_POINTS, screens[1].low, screens[1].high)
+    places = (points - shoulders[1]) / spans[1]
+    depths = [_depth(s, shoulders[i] + spans[i] * places) / spans[i] for i, s in enumerate(screens)]
+    depth = np.minimum(*depths)
+    if depth.max() <= 0:
+        raise RangeError(
+            f"no place is reached by both {source.name} and {target.name}, counted from their "
+            "shoulders: name the centres"
+        )
+    worth = np.where(depth > 0, depth + IN_FRONT * places @ target.forward, -np.inf)
+    best = places[int(np.argmax(worth))]
+    return shoulders[0] + spans[0] * best, shoulders[1] + spans[1] * best
+
+
+def _shoulder_and_span(arm: Arm) -> tuple[np.ndarray, float]:
+    """Give the shoulder at mid-range (m), and the length of the segments beyond it (m)."""
+    tips = [arm.tip(name) for name in ("shoulder", "elbow", "wrist", "hand")]
+    marks = tip_positions(arm.chain, arm.middle()[None], tips)[0]
+    return marks[0], float(np.linalg.norm(np.diff(marks, axis=0), axis=1).sum())
+
+
+def _depth(screen: ReachScreen, points: np.ndarray) -> np.ndarray:
+    """Give the distance (m) of points to the nearest of them that is not reached; 0 there."""
+    from scipy.spatial import KDTree
+
+    reached = screen.decide(points).reachable
+    depth = np.zeros(len(points))
+    if reached.any() and not reached.all():
+        depth[reached] = KDTree(points[~reached]).query(points[reached])[0]
+    box = np.minimum(points - screen.low, screen.high - points).min(axis=1)
+    return np.minimum(depth, np.maximum(box, 0.0))
 
 
 def _fill(arm: Arm, envelope: Envelope) -> float:

@@ -1,14 +1,15 @@
 """The envelope of a workspace seen from a centre: how far out the hand gets in each direction.
 
-The radius is that of the outermost point reached along a ray, so what lies within the envelope
-may hold hollows that are not reached. Between the directions looked at, the envelope is a closed
-surface of flat triangles: its gauge (0 at the centre, 1 on the surface) is linear over the cone
-of each triangle, and so continuous everywhere.
+Two kinds: ``outermost``, the farthest point reached along a ray, so that the envelope holds all
+that is reached, and hollows besides; ``unbroken``, as far as all is reached along the ray, so that
+it holds no hollow, but not what lies behind one. Between the directions looked at, the envelope is
+a closed surface of flat triangles: its gauge (0 at the centre, 1 on the surface) is linear over
+the cone of each triangle, and so continuous everywhere.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -21,18 +22,20 @@ from selfmotion.arrays import (
     require_finite,
     require_shape,
 )
-from selfmotion.errors import RangeError
+from selfmotion.errors import RangeError, unknown_name
 from selfmotion.kinematics.arm import Arm
-from selfmotion.methods.reaching.ik_seeds import evenly
+from selfmotion.methods.joint_limited_ik import IkOptions
 from selfmotion.methods.reaching.ik_tasks import HandRows
 from selfmotion.methods.reaching.screen import ReachScreen, reach_options, reach_screen
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-# Points in the box whose reached ones give the centre, radii tried along a ray, halvings of the
-# last step (down to 0.1 mm), and triangles looked at for a direction.
-CENTRE_POINTS, RADII, HALVINGS, NEAR = 4096, 24, 10, 8
+Kind = Literal["outermost", "unbroken"]
+KINDS = ("outermost", "unbroken")
+# Radii tried along a ray, halvings of the last step (down to 0.1 mm), and triangles looked at for
+# a direction.
+RADII, HALVINGS, NEAR = 24, 10, 8
 # A radius below this (m) makes the centre useless.
 LEAST_RADIUS = 0.01
 
@@ -100,53 +103,71 @@ class Envelope:
 
 
 def reach_envelope(
-    arm: Arm, *, centre: ArrayLike | None = None, subdivisions: int = 3, threads: int = 1
+    arm: Arm,
+    centre: ArrayLike,
+    *,
+    kind: Kind = "outermost",
+    subdivisions: int = 3,
+    threads: int = 1,
 ) -> Envelope:
     """Find how far out the hand gets in all directions from a centre.
 
     Args:
         arm: with the limits that hold.
-        centre: (3,) m; left out: the centroid of what is reached.
+        centre: (3,) m.
+        kind: outermost or unbroken.
         subdivisions: of the icosahedron whose corners are the directions: 3 gives 642, 8 degrees
             apart; 4 gives 2562.
         threads: how many threads share the points.
 
     Raises:
-        RangeError: nothing is reached, or nothing in some direction: choose another centre.
+        RangeError: nothing is reached in some direction: choose another centre.
 
     Example:
         >>> from selfmotion.arms import load_arm
-        >>> envelope = reach_envelope(load_arm("upper_limb"), subdivisions=1)
+        >>> envelope = reach_envelope(load_arm("upper_limb"), [0.2, 0.3, 0.0], subdivisions=1)
         >>> bool(abs(envelope.gauge(envelope.vertices) - 1).max() < 1e-12)
         True
     """
     require_between("subdivisions", subdivisions, 0, 6)
-    options = reach_options(threads=threads)
-    screen = reach_screen(HandRows(arm, ("x", "y", "z")), n_points=1024)
-    middle = _centroid(screen, arm) if centre is None else as_float_array("centre", centre, ndim=1)
+    if kind not in KINDS:
+        raise unknown_name("kind of envelope", kind, KINDS)
+    middle = as_float_array("centre", centre, ndim=1)
     require_shape("centre", middle, (3,))
     require_finite("centre", middle)
+    screen = reach_screen(HandRows(arm, ("x", "y", "z")), n_points=1024)
     directions, faces = icosphere(subdivisions)
-    corners = np.stack([screen.low - middle, screen.high - middle])
-    farthest = np.linalg.norm(np.abs(corners).max(axis=0))
-    radii = farthest * np.arange(1, RADII + 1) / RADII
-    points = middle + radii[:, None, None] * directions
-    reached = screen.decide(points.reshape(-1, 3), options=options).reachable.reshape(RADII, -1)
-    last = RADII - 1 - np.argmax(reached[::-1], axis=0)
-    low = np.where(reached.any(axis=0), radii[last], 0.0)
-    high = low + farthest / RADII
-    for _ in range(HALVINGS):
-        tried = 0.5 * (low + high)
-        found = screen.decide(middle + tried[:, None] * directions, options=options).reachable
-        low, high = np.where(found, tried, low), np.where(found, high, tried)
-    if low.min() < LEAST_RADIUS:
-        worst = " ".join(f"{c:.2f}" for c in directions[int(np.argmin(low))])
+    radius = _radii(screen, middle, directions, kind, reach_options(threads=threads))
+    if radius.min() < LEAST_RADIUS:
+        worst = " ".join(f"{c:.2f}" for c in directions[int(np.argmin(radius))])
         where = " ".join(f"{1e3 * c:.0f}" for c in middle)
         raise RangeError(
             f"centre {where} mm: {arm.name} reaches nothing in the direction {worst}; allowed is a "
             "centre inside the workspace"
         )
-    return Envelope(freeze(middle), freeze(directions), freeze(faces), freeze(low))
+    return Envelope(freeze(middle), freeze(directions), freeze(faces), freeze(radius))
+
+
+def _radii(
+    screen: ReachScreen, middle: np.ndarray, directions: np.ndarray, kind: Kind, options: IkOptions
+) -> Float[np.ndarray, " vertices"]:
+    """Give the distance of the envelope in each direction; 0 where nothing is reached."""
+    corners = np.stack([screen.low - middle, screen.high - middle])
+    farthest = np.linalg.norm(np.abs(corners).max(axis=0))
+    radii = farthest * np.arange(RADII + 1) / RADII
+    points = middle + radii[1:, None, None] * directions
+    reached = screen.decide(points.reshape(-1, 3), options=options).reachable.reshape(RADII, -1)
+    if kind == "outermost":
+        last = np.where(reached.any(axis=0), RADII - np.argmax(reached[::-1], axis=0), 0)
+    else:
+        last = np.where(reached.all(axis=0), RADII, np.argmin(reached, axis=0))
+    low = radii[last]
+    high = low + farthest / RADII
+    for _ in range(HALVINGS):
+        tried = 0.5 * (low + high)
+        found = screen.decide(middle + tried[:, None] * directions, options=options).reachable
+        low, high = np.where(found, tried, low), np.where(found, high, tried)
+    return low
 
 
 def icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "vertices 3"], Int[np.ndarray, "f 3"]]:
@@ -177,11 +198,3 @@ def checked_points(points: ArrayLike) -> Float[np.ndarray, "points 3"]:
     require_shape("points", x, (None, 3))
     require_finite("points", x)
     return x
-
-
-def _centroid(screen: ReachScreen, arm: Arm) -> np.ndarray:
-    points = evenly(CENTRE_POINTS, screen.low, screen.high)
-    reached = screen.decide(points).reachable
-    if not reached.any():
-        raise RangeError(f"empty workspace of {arm.name}: the joint limits leave no volume")
-    return points[reached].mean(axis=0)
