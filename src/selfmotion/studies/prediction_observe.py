@@ -1,0 +1,286 @@
+"""Observations of one arm of one person: hand poses, feasible postures, what criteria predict.
+
+This is the piece of work of a batch. What it gives is plain numbers, so that a journal can hold it.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from selfmotion.capture.person import CaptureOptions, calibrate_person
+from selfmotion.capture.protocol import load_protocol
+from selfmotion.errors import RangeError, SelfmotionError, Status
+from selfmotion.methods.predictors.catalogue import CRITERIA, EFFORT_PASSIVE, START
+from selfmotion.methods.predictors.observation import (
+    Observation,
+    Prediction,
+    Predictor,
+    Scene,
+    angle_between,
+)
+from selfmotion.methods.predictors.scenes import make_scene
+from selfmotion.motion.files import load_markers
+from selfmotion.muscles.static_optimization import EffortOptions, muscle_effort
+from selfmotion.redundancy.manifold import ManifoldFinder
+from selfmotion.studies.people import (
+    DEFAULT_ARM,
+    MovementOfPerson,
+    RecordedPerson,
+    load_person,
+)
+from selfmotion.studies.prediction_poses import (
+    FittedPerson,
+    Moment,
+    fit_person,
+    moments_of_person,
+)
+from selfmotion.studies.study_file import StudyFile
+from selfmotion.studies.trial_run import PersonTrials, moments_of, person_arm, read_trial
+
+# Criteria that the variants are compared by.
+FEW = (EFFORT_PASSIVE, "mid-range", START)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way to see the same recordings.
+
+    Attributes:
+        name: name it goes by.
+        centres: functional (SCoRE), or landmarks: from the bony landmarks.
+        shift: of the shoulder centre: outwards, forward, up (m).
+        limits: adult, model or wide; see `prediction_poses.fit_person`.
+        criteria: names of the criteria computed; empty: all.
+    """
+
+    name: str
+    centres: str = "functional"
+    shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    limits: str = "adult"
+    criteria: tuple[str, ...] = FEW
+
+
+BASE = Variant("as recorded", criteria=())
+SENSITIVITY = (
+    Variant("shoulder +10 mm outwards", shift=(0.01, 0.0, 0.0)),
+    Variant("shoulder -10 mm outwards", shift=(-0.01, 0.0, 0.0)),
+    Variant("shoulder +10 mm forward", shift=(0.0, 0.01, 0.0)),
+    Variant("shoulder -10 mm forward", shift=(0.0, -0.01, 0.0)),
+    Variant("shoulder +10 mm up", shift=(0.0, 0.0, 0.01)),
+    Variant("shoulder -10 mm up", shift=(0.0, 0.0, -0.01)),
+    Variant("shoulder from landmarks", centres="landmarks"),
+    Variant("shoulder at the acromial marker", centres="acromion"),
+    Variant("limits of the model", limits="model"),
+    Variant("hardly any limits", limits="wide"),
+)
+
+
+@dataclass(frozen=True)
+class PersonJob:
+    """One arm of one person.
+
+    Attributes:
+        plan: the person's files.
+        study: how they are read.
+        variants: ways to see them; the first is the main one.
+    """
+
+    plan: PersonTrials
+    study: StudyFile
+    variants: tuple[Variant, ...] = (BASE,)
+
+
+def observe_person(job: PersonJob) -> dict[str, Any]:
+    """Observe one arm of one person in all variants.
+
+    Returns:
+        Plain numbers: ``observations`` (see `to_record`), ``failed`` files and moments with the
+        reason, and what the fit says by variant.
+
+    Raises:
+        SelfmotionError: the person cannot be calibrated, or no moment could be seen.
+    """
+    person = load_person(job.plan, job.study)
+    records: list[dict[str, Any]] = []
+    fits: list[dict[str, Any]] = []
+    failed = list(person.failed)
+    for variant in job.variants:
+        seen, lost = _moments(job, person, variant)
+        if variant is job.variants[0]:
+            failed += lost
+        if not seen:
+            raise RangeError(
+                f"{person.subject} {person.side}: none of the study file's moments was found"
+            )
+        fitted = fit_person(
+            seen, knuckle_radial=person.person.protocol.knuckle_radial, limits=variant.limits
+        )
+        fits.append({"variant": variant.name, **describe(person, fitted)})
+        made = observe(person, seen, fitted, variant)
+        records += [{"variant": variant.name, **to_record(o)} for o in made]
+    return {"observations": records, "failed": [list(pair) for pair in failed], "fits": fits}
+
+
+def observe(
+    person: RecordedPerson, seen: Sequence[Moment], fitted: FittedPerson, variant: Variant
+) -> list[tuple[Observation, dict[str, Any]]]:
+    """Give each moment but the starts as an observation, with what is known of its pose."""
+    finder = ManifoldFinder.of(fitted.model.arm)
+    poses, inside = fitted.hand_poses(), fitted.inside()
+    starts = {(m.task, m.trial): i for i, m in enumerate(seen) if m.moment == "start"}
+    wanted = [p for p in CRITERIA if not variant.criteria or p.name in variant.criteria]
+    arm = fitted.model.arm
+    axes = np.stack([np.cross(arm.forward, arm.up), arm.forward, arm.up])
+    out = []
+    for i, moment in enumerate(seen):
+        if moment.moment == "start":
+            continue
+        first = starts[moment.task, moment.trial]
+        scene = make_scene(
+            fitted.model,
+            poses[i],
+            shoulder=fitted.shoulder[i],
+            mouth=fitted.shoulder[i] + axes.T @ moment.points["mouth"],
+            start=np.clip(fitted.q[first], arm.lower, arm.upper),
+            finder=finder,
+        )
+        reach = arm.lengths["upper_arm"] + arm.lengths["forearm"]
+        bare = Observation(
+            person.subject,
+            person.side,
+            moment.task,
+            moment.moment,
+            moment.trial,
+            moment.natural(),
+            seen[first].natural(),
+            moment.points["wrist"] / reach,
+            axes @ poses[i, :3, :3],
+            scene=scene,
+        )
+        said = {p.name: _attempt(p, bare) for p in wanted}
+        about = {
+            "wrist_m": moment.points["wrist"].tolist(),
+            "elbow_radius_m": moment.elbow_radius(),
+            "natural_inside": bool(inside[i]),
+            "intervals": [[float(s.swivel.min()), float(s.swivel.max())] for s in scene.stretches],
+            "fit_error_m": float(fitted.error[i]),
+            "effort_ratio": effort_ratio(scene, fitted.q[i], said[EFFORT_PASSIVE]),
+        }
+        out.append((replace(bare, criteria=said, scene=None), about))
+    return out
+
+
+def effort_ratio(scene: Scene, natural: Float[np.ndarray, "7"], least: Prediction) -> float | None:
+    """Give the effort of the natural posture over the least; None where either is unknown."""
+    if not np.isfinite(least.angle) or not scene.stretches:
+        return None
+    q = np.concatenate([stretch.q for stretch in scene.stretches])
+    swivel = np.concatenate([stretch.swivel for stretch in scene.stretches])
+    nearest = q[np.argmin(np.abs(angle_between(swivel, least.angle)))]
+    options = EffortOptions(loads=("gravity", "passive"))
+    found = muscle_effort(scene.model, np.stack([natural, nearest]), options=options)
+    return float(found.effort[0] / found.effort[1]) if all(found.status) else None
+
+
+def describe(person: RecordedPerson, fitted: FittedPerson) -> dict[str, Any]:
+    """Say what the fit of a person came to."""
+    lengths = fitted.model.arm.lengths
+    return {
+        "subject": person.subject,
+        "side": person.side,
+        "upper_arm_m": lengths["upper_arm"],
+        "forearm_m": lengths["forearm"],
+        "fit_error_m": float(np.median(fitted.error)),
+        "deviation_offset_rad": float(fitted.offset[0]),
+        "flexion_offset_rad": float(fitted.offset[1]),
+        "postures_inside": float(fitted.inside().mean()),
+    }
+
+
+def to_record(seen: tuple[Observation, Mapping[str, Any]]) -> dict[str, Any]:
+    """Turn an observation into what JSON can hold."""
+    o, about = seen
+    return {
+        "subject": o.subject,
+        "side": o.side,
+        "task": o.task,
+        "moment": o.moment,
+        "trial": o.trial,
+        "natural": o.natural,
+        "start": o.start,
+        "wrist": o.wrist.tolist(),
+        "hand": o.hand.tolist(),
+        "criteria": {k: [p.angle, p.status.ok, p.status.sentence] for k, p in o.criteria.items()},
+        **about,
+    }
+
+
+def from_record(record: Mapping[str, Any]) -> Observation:
+    """Turn it back."""
+    criteria = {k: Prediction(v[0], Status(v[1], v[2])) for k, v in record["criteria"].items()}
+    return Observation(
+        subject=record["subject"],
+        side=record["side"],
+        task=record["task"],
+        moment=record["moment"],
+        trial=record["trial"],
+        natural=record["natural"],
+        start=record["start"],
+        wrist=np.array(record["wrist"]),
+        hand=np.array(record["hand"]),
+        criteria=criteria,
+    )
+
+
+def _attempt(predictor: Predictor, observation: Observation) -> Prediction:
+    try:
+        return predictor.swivel(observation)
+    except SelfmotionError as error:
+        return Prediction(float("nan"), Status(False, str(error)))
+
+
+def _moments(
+    job: PersonJob, person: RecordedPerson, variant: Variant
+) -> tuple[list[Moment], list[tuple[str, str]]]:
+    if variant.centres == "functional":
+        seen, lost = moments_of_person(person)
+        return [m.with_shoulder(variant.shift) for m in seen], lost
+    other = _from_landmarks(job)
+    seen, lost = moments_of_person(other)
+    if variant.centres == "acromion":
+        # The protocol's place of the centre, counted from the marker, taken back.
+        back = -np.array(other.person.protocol.shoulder)
+        seen = [m.with_shoulder(tuple(back.tolist())) for m in seen]
+    return seen, lost
+
+
+def _from_landmarks(job: PersonJob) -> RecordedPerson:
+    """Calibrate a person with joint centres from the bony landmarks."""
+    plan, study = job.plan, job.study
+    assert plan.calibration is not None, "load_person has refused it"
+    markers = []
+    for path in plan.calibration.movements:
+        try:
+            markers.append(load_markers(path, frame=study.frame))
+        except SelfmotionError:  # reported with the trials
+            continue
+    person = calibrate_person(
+        person_arm(DEFAULT_ARM, adult=not study.person_ranges),
+        load_markers(plan.calibration.static, frame=study.frame),
+        markers,
+        side=plan.side,
+        protocol=load_protocol(study.protocol),
+        options=CaptureOptions(cutoff=study.smoothing, centres="landmarks"),
+    )
+    movements = []
+    for trial in plan.trials:
+        try:
+            motion = read_trial(person, trial, study)
+            found = moments_of(motion, study)
+        except SelfmotionError:
+            continue
+        movements.append(MovementOfPerson(trial.labels, motion, found.samples, found.missing))
+    return RecordedPerson(plan.subject, plan.side, person, tuple(movements), ())
