@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from scipy.interpolate import PPoly
 
+from selfmotion.arms import load_arm
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 from selfmotion.kinematics.chain import GROUND, Chain, CoupledCurve, Coupling, Tip
-from selfmotion.kinematics.fast_position import positions, sine_cosine
-from selfmotion.kinematics.forward import forward_kinematics
+from selfmotion.kinematics.fast_position import path_arrays, positions
+from selfmotion.kinematics.forward import forward_kinematics, frames_and_jacobian
 from selfmotion.kinematics.serial_path import SerialPath
+from selfmotion.kinematics.sine_cosine import sine_cosine
 from selfmotion.spatial import exp_rotation, transform
 
 
@@ -91,3 +93,69 @@ def test_bad_input():
         positions(chain, [[0.0, 0.0, np.inf, 0.0, 0.0, 0.0, 0.0]], Tip(2))
     with pytest.raises(RangeError, match="threads = 0"):
         positions(chain, np.zeros(7), Tip(6), threads=0)
+
+
+def test_an_array_to_fill_is_filled():
+    chain = random_tree(np.random.default_rng(5))
+    q, out = np.random.default_rng(6).uniform(-2, 2, (300, 7)), np.full((300, 3), np.nan)
+    assert positions(chain, q, Tip(6), out=out) is out
+    np.testing.assert_array_equal(out, positions(chain, q, Tip(6)))
+    with pytest.raises(ShapeError, match=r"out: expected shape \(300, 3\), found \(299, 3\)"):
+        positions(chain, q, Tip(6), out=out[:299])
+    with pytest.raises(ShapeError, match="out: expected a writable array"):
+        positions(chain, q, Tip(6), out=out[::-1])
+
+
+@pytest.mark.parametrize("column", [2, 5])
+def test_nan_in_a_joint_that_does_not_carry_the_tip_is_refused(column):
+    chain = random_tree(np.random.default_rng(5))
+    q = np.zeros((5, 7))
+    q[3, column] = np.nan
+    with pytest.raises(NotFiniteError, match=rf"q\[3, {column}\] = nan"):
+        positions(chain, q, Tip(6))
+
+
+@pytest.mark.parametrize("size", [1e5, 1e9, 1e17])
+def test_angles_of_any_size(size):
+    """Beyond 10⁴ rad the C library's own reduction counts: whole turns change nothing."""
+    chain = random_tree(np.random.default_rng(5))
+    q = np.random.default_rng(6).uniform(-2, 2, (10, 7))
+    q[4, 0] = size
+    small = q.copy()
+    small[4, 0] = np.arctan2(np.sin(size), np.cos(size))
+    for tip in (Tip(6), Tip(3)):
+        np.testing.assert_allclose(
+            positions(chain, q, tip), positions(chain, small, tip), atol=1e-13, rtol=0
+        )
+        np.testing.assert_allclose(
+            forward_kinematics(chain, q, tip), forward_kinematics(chain, small, tip), atol=1e-13
+        )
+
+
+def test_a_joint_that_only_spins_the_tip_is_passed_over():
+    arm = load_arm("upper_limb")
+    path = path_arrays(SerialPath.of(arm.chain, arm.tip("hand")))
+    assert path.column.tolist() == list(range(8))
+    q = arm.random_postures(100, np.random.default_rng(7))
+    expected = forward_kinematics(arm.chain, q, arm.tip("hand"))[:, :3, 3]
+    np.testing.assert_allclose(positions(arm.chain, q, arm.tip("hand")), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("joint", [0, 2, 5, 6])
+def test_jacobian_of_many_is_the_derivative_and_threads_change_nothing(joint):
+    chain, rng = random_tree(np.random.default_rng(5)), np.random.default_rng(8)
+    tip = Tip(joint, transform(exp_rotation(rng.normal(size=3)), rng.normal(size=3)))
+    q, h = rng.uniform(-2, 2, (10_001, 7)), 1e-6
+    T, J = frames_and_jacobian(chain, q, tip)
+    again = frames_and_jacobian(chain, q, tip, threads=2)
+    np.testing.assert_array_equal(T, again[0])
+    np.testing.assert_array_equal(J, again[1])
+    np.testing.assert_array_equal(T[[70]], forward_kinematics(chain, q[70], tip))
+    for j in range(7):
+        step = h * np.eye(7)[j]
+        ahead, behind = (forward_kinematics(chain, q[:99] + s * step, tip) for s in (1, -1))
+        slope = (ahead - behind) / (2 * h)
+        np.testing.assert_allclose(J[:99, :3, j], slope[:, :3, 3], atol=1e-8)
+        spin = slope[:, :3, :3] @ np.swapaxes(T[:99, :3, :3], 1, 2)
+        turn = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)
+        np.testing.assert_allclose(J[:99, 3:, j], turn, atol=1e-8)

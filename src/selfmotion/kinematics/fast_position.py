@@ -2,63 +2,42 @@
 
 A block of samples is turned into one array a joint (structure of arrays), and the tip's position
 is carried from the hand down to the ground, one joint at a time, for the whole block: every step
-is arithmetic on neighbouring numbers that the compiler turns into vector instructions. Sine and
-cosine are polynomials, since a call of the C library cannot be vectorised.
+is arithmetic on neighbouring numbers that the compiler turns into vector instructions. Joints that
+cannot move the tip are passed over.
 
 `contract` (fused multiply-add) is the only relaxation allowed to the compiler: it keeps NaN and
 infinity as they are and only removes a rounding.
 """
 
-from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import as_float_array, require_finite
-from selfmotion.errors import RangeError, ShapeError
+from selfmotion.arrays import as_float_array, require_finite, require_shape
+from selfmotion.errors import ShapeError
+from selfmotion.kinematics import sine_cosine as trigonometry
 from selfmotion.kinematics.chain import GROUND, Chain, Tip
+from selfmotion.kinematics.compiled import compiled
 from selfmotion.kinematics.serial_path import SerialPath
+from selfmotion.kinematics.sine_cosine import FAR, sine_cosine
+from selfmotion.kinematics.threads import share
 
-# Samples in a block: positions, angles and sines of one block stay in the first-level cache.
+# Samples in a block: angles and positions of one block stay in the first-level cache.
 BLOCK = 256
 # Samples below which a second thread costs more than it saves.
 SAMPLES_PER_THREAD = 20_000
+# A tip no further than this from the last axis (m) is not moved by that joint.
+ON_AXIS = 1e-15
 
-# pi in two parts, and 1.5 * 2^52, which rounds to an integer when added and subtracted.
-_PI_HIGH, _PI_LOW = 3.141592653589793, 1.2246467991473532e-16
-_ROUND = 6755399441055744.0
-# Chebyshev interpolants of sin(sqrt u)/sqrt(u) and cos(sqrt u) for |angle| <= pi/2: 4e-18 off.
-_S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7, _S8 = (
-    1.0,
-    -0.16666666666666666,
-    0.008333333333333186,
-    -0.00019841269841208492,
-    2.7557319211197846e-06,
-    -2.5052106887595812e-08,
-    1.6058940725155848e-10,
-    -7.643022462141453e-13,
-    2.721530691642785e-15,
-)
-_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8 = (
-    1.0,
-    -0.4999999999999997,
-    0.041666666666663875,
-    -0.0013888888888772643,
-    2.4801587277354773e-05,
-    -2.7557316385393876e-07,
-    2.087656154954579e-09,
-    -1.1462894144907947e-11,
-    4.608893200186988e-14,
-)
+_KERNEL: dict[str, Any] = {"nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
 
 
 class PathArrays(NamedTuple):
     """What the kernel needs of a `SerialPath`."""
 
-    column: np.ndarray
+    column: np.ndarray  # of q, for each joint that moves the tip
     prismatic: np.ndarray
     angle_offset: np.ndarray
     cos_twist: np.ndarray
@@ -68,88 +47,123 @@ class PathArrays(NamedTuple):
     tip: np.ndarray
 
 
-@njit(cache=True, inline="always")
-def sine_cosine(angle):
-    """Give sine and cosine by polynomials, after taking off the nearest multiple of pi."""
-    turns = (angle * 0.3183098861837907 + _ROUND) - _ROUND
-    half = 0.5 * turns
-    odd = half - ((half + _ROUND) - _ROUND)
-    sign = 1.0 - 8.0 * odd * odd
-    r = (angle - turns * _PI_HIGH) - turns * _PI_LOW
-    u = r * r
-    s = _S8
-    s = s * u + _S7
-    s = s * u + _S6
-    s = s * u + _S5
-    s = s * u + _S4
-    s = s * u + _S3
-    s = s * u + _S2
-    s = s * u + _S1
-    s = s * u + _S0
-    c = _C8
-    c = c * u + _C7
-    c = c * u + _C6
-    c = c * u + _C5
-    c = c * u + _C4
-    c = c * u + _C3
-    c = c * u + _C2
-    c = c * u + _C1
-    c = c * u + _C0
-    return sign * (s * r), sign * c
+@compiled(**_KERNEL)
+def _n_far(flat):
+    """Count values that the polynomials are not for; NaN is one. Reads the block in order, too."""
+    count = 0
+    for i in range(flat.shape[0]):
+        count += np.int64(not abs(flat[i]) < FAR)
+    return count
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
-def _positions(path, values, out):
-    """Fill out (K, 3) with tip positions for joint values (K, N)."""
-    n_path = path.column.shape[0]
-    angle = np.empty(BLOCK)
-    x, y, z = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+@compiled(**_KERNEL)
+def _load(values, column, offset, angle):
+    """Copy the samples of a column into `angle`."""
+    for k in range(values.shape[0]):
+        angle[k] = values[k, column] + offset
+
+
+@compiled(**_KERNEL)
+def _slide(angle, z, n, offset):
+    """Move along z by the values at hand, and put the constant turn in their place."""
+    for k in range(n):
+        z[k] += angle[k] - offset
+        angle[k] = offset
+
+
+@compiled(trigonometry, **_KERNEL)
+def _turn(angle, x, y, z, step):
+    """Carry n positions through a joint: turn about z, twist about x, shift."""
+    n, ct, st, a, b, d = step
+    for k in range(n):
+        s, c = sine_cosine(angle[k])
+        u, v = x[k], z[k]
+        w = s * u + c * y[k]
+        x[k] = c * u + (a - s * y[k])
+        y[k] = ct * w + (b - st * v)
+        z[k] = st * w + (ct * v + d)
+
+
+@compiled(**_KERNEL)
+def _turn_far(angle, x, y, z, offset, step):
+    """Do the same for angles of any size, to which the offset cannot be added without loss."""
+    n, ct, st, a, b, d = step
+    so, co = np.sin(offset), np.cos(offset)
+    for k in range(n):
+        sine, cosine = np.sin(angle[k]), np.cos(angle[k])
+        s, c = sine * co + cosine * so, cosine * co - sine * so
+        u, v = x[k], z[k]
+        w = s * u + c * y[k]
+        x[k] = c * u + (a - s * y[k])
+        y[k] = ct * w + (b - st * v)
+        z[k] = st * w + (ct * v + d)
+
+
+@compiled(**_KERNEL)
+def _store(x, y, z, base, out):
+    """Turn positions about the ground's z into out (n, 3)."""
+    cb, sb = base[0], base[1]
+    for k in range(out.shape[0]):
+        out[k, 0] = cb * x[k] - sb * y[k]
+        out[k, 1] = sb * x[k] + cb * y[k]
+        out[k, 2] = z[k]
+
+
+@compiled(trigonometry, **_KERNEL)
+def _positions(path, values, flat, out):
+    """Fill out (K, 3) with tip positions for joint values (K, N), which `flat` (K N) holds, too.
+
+    Gives how many values are very large or not finite.
+    """
+    work = np.empty((4, BLOCK + 8))  # rows a multiple of 4 kB apart would wait for each other
+    angle, x, y, z = work[0], work[1], work[2], work[3]
+    n_columns, all_far = values.shape[1], 0
     for first in range(0, values.shape[0], BLOCK):
         n = min(BLOCK, values.shape[0] - first)
+        block = values[first : first + n]
+        far = _n_far(flat[first * n_columns : (first + n) * n_columns])
+        all_far += far
         x[:], y[:], z[:] = path.tip[0], path.tip[1], path.tip[2]
-        for i in range(n_path - 1, -1, -1):
-            j = path.column[i]
-            for k in range(n):
-                angle[k] = values[first + k, j]
-            ct, st = path.cos_twist[i], path.sin_twist[i]
-            a, b, d = path.shift[i, 0], path.shift[i, 1], path.shift[i, 2]
-            start = path.angle_offset[i]
+        for i in range(path.column.shape[0] - 1, -1, -1):
+            offset, shift = path.angle_offset[i], path.shift[i]
+            added = 0.0 if far else offset
+            _load(block, path.column[i], added, angle)
             if path.prismatic[i]:
-                for k in range(n):
-                    z[k] += angle[k]
-                    angle[k] = 0.0
-            for k in range(n):
-                s, c = sine_cosine(angle[k] + start)
-                u = s * x[k] + c * y[k]
-                x[k] = (c * x[k] - s * y[k]) + a
-                y[k] = (ct * u - st * z[k]) + b
-                z[k] = (st * u + ct * z[k]) + d
-        cb, sb = path.base[0], path.base[1]
-        for k in range(n):
-            out[first + k, 0] = cb * x[k] - sb * y[k]
-            out[first + k, 1] = sb * x[k] + cb * y[k]
-            out[first + k, 2] = z[k]
+                _slide(angle, z, n, added)
+            step = (n, path.cos_twist[i], path.sin_twist[i], shift[0], shift[1], shift[2])
+            if far:
+                _turn_far(angle, x, y, z, offset, step)
+            else:
+                _turn(angle, x, y, z, step)
+        _store(x, y, z, path.base, out[first : first + n])
+    return all_far
 
 
 def positions(
-    chain: Chain, q: ArrayLike, tip: Tip, *, threads: int = 1
+    chain: Chain,
+    q: ArrayLike,
+    tip: Tip,
+    *,
+    threads: int = 1,
+    out: Float[np.ndarray, "samples 3"] | None = None,
 ) -> Float[np.ndarray, "samples 3"]:
     """Give the position of a tip in the ground for many postures, as fast as the machine can.
 
-    The same numbers as ``forward_kinematics(chain, q, tip)[:, :3, 3]`` to 1e-12 m (angles up to
-    10⁴ rad), for any chain.
+    The same numbers as ``forward_kinematics(chain, q, tip)[:, :3, 3]`` to 1e-12 m, for any chain.
 
     Args:
         chain: the joints.
         q: (n,) or (K, n) free coordinates (rad or m).
         tip: whose position.
         threads: how many threads share the samples.
+        out: (K, 3) array to fill, in C order; memory that is used again spares the time that a
+            system takes to hand out new pages.
 
     Returns:
-        (K, 3) positions (m).
+        (K, 3) positions (m); `out` if that was given.
 
     Raises:
-        ShapeError: q does not fit the chain.
+        ShapeError: q does not fit the chain, or out does not fit q.
         NotFiniteError: q holds NaN or infinite values.
         RangeError: fewer than one thread.
 
@@ -161,51 +175,53 @@ def positions(
         >>> positions(arm.chain, q, arm.tip("hand")).round(6)[0, :2].tolist()
         [0.25, 0.3]
     """
-    if threads < 1:
-        raise RangeError(f"threads = {threads}: allowed is 1 and above")
     samples = np.atleast_2d(as_float_array("q", q))
     if samples.ndim != 2 or samples.shape[1] != chain.n_coordinates:
         raise ShapeError(
             f"q has shape {np.shape(q)}; expected (samples, {chain.n_coordinates}) "
             f"for {', '.join(chain.coordinates)}"
         )
-    out = np.empty((len(samples), 3))
+    if out is None:
+        out = np.empty((len(samples), 3))
+    require_shape("out", out, (len(samples), 3))
+    if not (out.flags.c_contiguous and out.flags.writeable and out.dtype == np.float64):
+        raise ShapeError("out: expected a writable array of 64-bit floats in C order")
     if tip.joint == GROUND:
         require_finite("q", samples)
         out[:] = tip.transform[:3, 3]
         return out
-    _run(path_arrays(SerialPath.of(chain, tip)), chain.coupling.value(samples), out, threads)
-    # NaN and infinity in q come out as NaN: looking at the sum is cheaper than looking at q.
-    if not np.isfinite(out.sum()):
+    path, values = (
+        path_arrays(SerialPath.of(chain, tip)),
+        chain.coupling.value(samples),
+    )
+    suspects = []
+
+    def work(a: int, b: int) -> None:
+        part = values[a:b]
+        suspects.append(_positions(path, part, part.reshape(-1), out[a:b]))
+
+    share(work, len(values), threads, least=SAMPLES_PER_THREAD)
+    if any(suspects):
         require_finite("q", samples)
     return out
 
 
 def path_arrays(path: SerialPath) -> PathArrays:
-    """Give the arrays of a path that the kernel wants."""
+    """Give the arrays of a path that the kernel wants, without joints that only spin the tip."""
+    cosine, sine, tip = np.cos(path.twist), np.sin(path.twist), path.tip_position
+    n = len(path.joints)
+    while n and not path.prismatic[n - 1] and np.hypot(tip[0], tip[1]) <= ON_AXIS:
+        n -= 1
+        twisted = np.array([0.0, -sine[n] * tip[2], cosine[n] * tip[2]])
+        tip = path.shift[n] + twisted
+    columns = path.joints[:n]
     return PathArrays(
-        path.joints,
-        path.prismatic,
-        path.angle_offset,
-        np.cos(path.twist),
-        np.sin(path.twist),
-        path.shift,
+        columns,
+        path.prismatic[:n],
+        path.angle_offset[:n],
+        cosine[:n],
+        sine[:n],
+        path.shift[:n],
         np.array([np.cos(path.base_angle), np.sin(path.base_angle)]),
-        path.tip_position,
+        np.ascontiguousarray(tip),
     )
-
-
-def _run(path: PathArrays, values: np.ndarray, out: np.ndarray, threads: int) -> None:
-    """Run the kernel, in as many threads as there are samples for."""
-    used = max(1, min(threads, len(values) // SAMPLES_PER_THREAD))
-    if used == 1:
-        _positions(path, values, out)
-        return
-    edges = np.linspace(0, len(values), used + 1).astype(int)
-    with ThreadPoolExecutor(used) as pool:
-        parts = [
-            pool.submit(_positions, path, values[a:b], out[a:b])
-            for a, b in zip(edges[:-1], edges[1:], strict=True)
-        ]
-        for part in parts:
-            part.result()

@@ -1,4 +1,4 @@
-"""Compiled kernels: frames of all bodies, Jacobian of a tip, gravity torque, inertia matrix.
+"""Compiled kernels: frames of all bodies, gravity torque, inertia matrix.
 
 All of them work on `ZFrames`, where each joint axis is the z axis of its frame, and on values of
 all N joints; coupling to free coordinates is applied by the callers. They share one file, since
@@ -48,51 +48,6 @@ def body_frames(parent, joint_type, rotations, translations, values):
     for k in range(n_samples):
         _frames_of_sample(parent, joint_type, rotations, translations, values[k], R[k], p[k])
     return R, p
-
-
-@njit(cache=True)
-def tip_frames_and_jacobian(
-    parent, joint_type, rotations, translations, values, tip_joint, tip_R, tip_p, jacobian
-):
-    """Give world frames (K,4,4) of a tip and fill its Jacobian (K,6,N) unless that is empty.
-
-    `tip_R`, `tip_p` place the tip in the z-frame of `tip_joint`. Jacobian rows: linear velocity
-    of the tip's origin, then angular velocity, both in world axes.
-    """
-    n_samples, n_joints = values.shape
-    R = np.empty((n_joints, 3, 3))
-    p = np.empty((n_joints, 3))
-    T = np.zeros((n_samples, 4, 4))
-    for k in range(n_samples):
-        _frames_of_sample(parent, joint_type, rotations, translations, values[k], R, p)
-        Rt = R[tip_joint]
-        for a in range(3):
-            x = p[tip_joint, a]
-            for b in range(3):
-                x += Rt[a, b] * tip_p[b]
-                acc = 0.0
-                for c in range(3):
-                    acc += Rt[a, c] * tip_R[c, b]
-                T[k, a, b] = acc
-            T[k, a, 3] = x
-        T[k, 3, 3] = 1.0
-        if jacobian.shape[0] == 0:
-            continue
-        J = jacobian[k]
-        J[:] = 0.0
-        i = tip_joint
-        while i != GROUND:
-            zx, zy, zz = R[i, 0, 2], R[i, 1, 2], R[i, 2, 2]
-            if joint_type[i] == REVOLUTE:
-                dx, dy, dz = T[k, 0, 3] - p[i, 0], T[k, 1, 3] - p[i, 1], T[k, 2, 3] - p[i, 2]
-                J[0, i] = zy * dz - zz * dy
-                J[1, i] = zz * dx - zx * dz
-                J[2, i] = zx * dy - zy * dx
-                J[3, i], J[4, i], J[5, i] = zx, zy, zz
-            else:
-                J[0, i], J[1, i], J[2, i] = zx, zy, zz
-            i = parent[i]
-    return T
 
 
 @njit(cache=True)

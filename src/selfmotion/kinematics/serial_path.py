@@ -60,7 +60,7 @@ class SerialPath:
         Raises:
             ModelError: the tip is fixed to the ground, so that no joint moves it.
         """
-        joints = _ancestors(chain, tip)
+        joints = joints_to(chain, tip)
         if not joints:
             raise ModelError("the tip is fixed to the ground: no joint moves it")
         z = chain.z_frames
@@ -98,7 +98,7 @@ class SerialPath:
         )
 
 
-def _ancestors(chain: Chain, tip: Tip) -> list[int]:
+def joints_to(chain: Chain, tip: Tip) -> list[int]:
     """Give the joints from the ground to the tip."""
     joints, i = [], int(tip.joint)
     while i != GROUND:
