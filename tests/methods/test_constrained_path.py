@@ -99,5 +99,5 @@ def test_bad_input():
         follow(task, line, time=[0.0, 1.0, 1.0])
     with pytest.raises(ShapeError, match="weight has shape"):
         follow(task, line, costs=PathCosts(velocity=[1.0, 2.0]))
-    with pytest.raises(RangeError, match="plane = 'xy'"):
-        device_circle([0, 0, 0], 0.3, "xy", [0.0])
+    with pytest.raises(RangeError, match="plane = 'xw'"):
+        device_circle([0, 0, 0], 0.3, "xw", [0.0])

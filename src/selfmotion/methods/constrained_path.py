@@ -10,6 +10,7 @@ velocity and acceleration of the joints (section 5), with the task and the limit
 """
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 MET, STEPS = 1e-6, 20
 # A joint that moves further between samples has jumped (rad or m), unless told otherwise.
 JUMP = 0.25
+# Planes of a device's circle, by their axes.
+PLANES = MappingProxyType({"yz": (1, 2), "xz": (0, 2), "xy": (0, 1)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,21 +175,23 @@ def follow(
 def device_circle(
     centre: ArrayLike, radius: float, plane: str, angles: ArrayLike
 ) -> Float[np.ndarray, "samples 3"]:
-    """Give points on a device's circle (m), in the sagittal ("yz") or coronal ("xz") plane.
+    """Give points on a device's circle (m), in the plane "yz", "xz" or "xy" through its centre.
 
-    Angles (rad) count from +y (sagittal) or +x (coronal) towards +z.
+    Angles (rad) count from the plane's first axis towards its second; the paper's planes are the
+    sagittal "yz" and the coronal "xz".
 
     Raises:
         RangeError: another plane, or a radius that is not positive.
     """
-    if plane not in ("yz", "xz"):
-        raise RangeError(f"plane = {plane!r}: allowed is 'yz' or 'xz'")
+    if plane not in PLANES:
+        raise RangeError(f"plane = {plane!r}: allowed is {', '.join(PLANES)}")
     if not radius > 0:
         raise RangeError(f"radius = {radius:g} m: must be above 0")
     a = as_float_array("angles", angles, ndim=1)
     points = np.tile(as_float_array("centre", centre, ndim=1), (len(a), 1))
-    points[:, 1 if plane == "yz" else 0] += radius * np.cos(a)
-    points[:, 2] += radius * np.sin(a)
+    first, second = PLANES[plane]
+    points[:, first] += radius * np.cos(a)
+    points[:, second] += radius * np.sin(a)
     return points
 
 
