@@ -139,3 +139,89 @@ def test_a_csv_with_the_hand_needs_no_arm(tmp_path: Path, capsys: Capture) -> No
     file = written(tmp_path / "hand.csv", "\n".join(["time,elbow,hand_x,hand_y", *rows]) + "\n")
     (movement,) = answered(capsys, "curvature", file)["movements"]
     assert movement["a_net"] == pytest.approx(chord_area(1.0, 1.0), rel=1e-6)
+
+
+def center_out(nets: dict[tuple[str, int], float]) -> list[dict[str, np.ndarray]]:
+    """Go north along half ellipses and back; `nets` says to which side and how far, by trial."""
+    parts = []
+    for (way, trial), side in nets.items():
+        part = half_circle(1.0, trial, side)
+        if way == "inbound":
+            part["x"] = (np.array([0.0, 1.0]) - part["x"]) * [1.0, 1.0]
+        part |= {"condition": np.full(len(part["x"]), way), "target": np.full(len(part["x"]), "N")}
+        parts.append(part)
+    return parts
+
+
+def test_hysteresis_is_tested_over_the_pairs_of_a_target(tmp_path: Path, capsys: Capture) -> None:
+    """Way out and back to the same side: the loop is as wide as both together."""
+    nets = {("outbound", i): 0.5 + 0.01 * i for i in range(1, 5)}
+    nets |= {("inbound", i): 0.5 - 0.02 * i for i in range(1, 5)}
+    file = saved(tmp_path / "p.npz", *center_out(nets))
+    document = answered(capsys, "curvature", file)
+    net = {(m["condition"], m["trial"]): m["a_net"] for m in document["movements"]}
+    wanted = [net["outbound", str(i)] + net["inbound", str(i)] for i in range(1, 5)]
+    assert [loop["hysteresis"] for loop in document["hysteresis"]] == pytest.approx(wanted)
+    (test,) = (t for t in document["tests"] if t["measure"] == "hysteresis")
+    assert test["n"] == 4 and test["mean"] == pytest.approx(np.mean(wanted)) and test["differs"]
+    t = np.mean(wanted) / (np.std(wanted, ddof=1) / 2.0)
+    assert test["t"] == pytest.approx(t) and (test["target"], test["condition"]) == ("N", None)
+    assert answered(capsys, "curvature", file, "--pair", "there,back")["hysteresis"] == []
+    assert "two conditions" in refused(capsys, "curvature", file, "--pair", "there")
+
+
+def test_back_on_the_way_out_has_no_hysteresis(tmp_path: Path, capsys: Capture) -> None:
+    """To the right on the way out and to the left, seen on the way back, is the same path."""
+    parts = center_out({("outbound", 1): 0.5, ("inbound", 1): -0.5})
+    (loop,) = answered(capsys, "curvature", saved(tmp_path / "p.npz", *parts))["hysteresis"]
+    assert loop["hysteresis"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_run_goes_on_where_it_was_and_several_processes_find_the_same(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    folder, out = tmp_path / "in", tmp_path / "out"
+    folder.mkdir()
+    for i, side in enumerate((1.0, -1.0)):
+        saved(folder / f"{i}.npz", half_circle(side, i))
+    bad = written(folder / "bad.csv", "time,elbow\n0,x\n")
+    words = ("curvature", folder)
+    first = answered(capsys, *words, "--out", out, code=1)
+    assert [entry["file"] for entry in first["unread"]] == [str(bad)]
+    journal = (out / "curvature.journal.jsonl").read_text()
+    again = answered(capsys, *words, "--out", out, "--resume", "--jobs", 2, "--quiet", code=1)
+    assert again == first
+    # Only the file that could not be read is tried again.
+    more = (out / "curvature.journal.jsonl").read_text().removeprefix(journal)
+    assert [str(bad) in line for line in more.splitlines()] == [True]
+
+
+def test_the_report_shows_paths_and_loops(tmp_path: Path, capsys: Capture) -> None:
+    nets = {(way, i): 0.5 + 0.01 * i for way in ("outbound", "inbound") for i in range(3)}
+    still = half_circle(1.0, 9)
+    still |= {"x": 0.0 * still["x"], "condition": np.full(401, "outbound")}
+    still |= {"target": np.full(401, "N")}
+    file = saved(tmp_path / "p.npz", *center_out(nets), still)
+    report = tmp_path / "r.html"
+    answered(capsys, "curvature", file, "--report", report, code=1)
+    page = report.read_text(encoding="utf-8")
+    assert all(word in page for word in ("Hysteresis", "A_net", "nothing moves", "Tommasino"))
+    assert page.count("<svg") == 3
+
+
+def test_angles_of_a_mot_go_through_the_arm_and_labels_through_the_file_name(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    from selfmotion.motion.files import load
+    from selfmotion.motion.files.storage import write_mot
+
+    for recording in load(REACH):
+        labels = recording.labels
+        write_mot(tmp_path / f"{labels.subject}_{labels.target}_{labels.trial}.mot", recording)
+    study = r"pattern = '(?P<subject>[^_]+)_(?P<target>[^_]+)_(?P<trial>\d+)\.mot'"
+    words = ("curvature", tmp_path, "--study", written(tmp_path / "study.toml", study))
+    found = answered(capsys, *words, "--arm", "exoskeleton")["movements"]
+    wanted = answered(capsys, "curvature", REACH, "--arm", "exoskeleton")["movements"]
+    assert {(m["target"], m["trial"]): m["a_net"] for m in found} == pytest.approx(
+        {(m["target"], m["trial"]): m["a_net"] for m in wanted}
+    )

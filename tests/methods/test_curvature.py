@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from selfmotion.errors import RangeError, ShapeError
-from selfmotion.methods.curvature import holm, mean_tests, path_areas
+from selfmotion.methods.curvature import holm, mean_tests, path_areas, path_hysteresis
 
 
 def arc(side: float, n: int = 4001) -> np.ndarray:
@@ -43,7 +43,9 @@ def test_ends_are_closed_by_perpendiculars_and_the_line_can_be_the_movement_s():
 @given(st.floats(-3.0, 3.0), st.floats(0.1, 5.0), st.integers(0, 10_000))
 def test_areas_do_not_depend_on_place_size_or_direction(angle, size, seed):
     rng = np.random.default_rng(seed)
-    path = np.cumsum(rng.normal([0.2, 0.0], 0.1, (30, 2)), axis=0)
+    steps = rng.normal([0.2, 0.0], 0.1, (30, 2))
+    # Never backwards: a piece that runs back counts with its size alone, the polygon with its sign.
+    path = np.cumsum(np.abs(steps) * [1.0, 0.0] + steps * [0.0, 1.0], axis=0)
     c, s = np.cos(angle), np.sin(angle)
     moved = size * path @ [[c, s], [-s, c]] + [3.0, -2.0]
     ends = np.array([[0.0, 0.0], [6.0, 0.0]])
@@ -98,3 +100,32 @@ def test_holm_by_hand():
         holm([0.01, 0.04, 0.03, 0.005]), [0.03, 0.06, 0.06, 0.02], atol=1e-15
     )
     np.testing.assert_array_equal(holm([np.nan, 0.04])[1], 0.04)
+
+
+def test_hysteresis_is_the_area_between_the_way_out_and_the_way_back():
+    """Out along an arc to the right and back along one to the right: a closed lens between them."""
+    out, back = arc(1.0), arc(1.0) * [-0.5, 1.0]
+    ends = np.array([[0.0, 0.0], [0.0, 2.0]])
+    net = [path_areas(out, *ends).net, path_areas(back[::-1], *ends[::-1]).net]
+    (found,) = path_hysteresis(net, [("N", "outbound"), ("N", "inbound")]).values()
+    loop = np.concatenate([out, back[::-1]])
+    x, y = loop.T
+    polygon = 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 4.0
+    assert found[0] == pytest.approx(polygon, rel=1e-6)
+    same = path_areas(out[::-1], *ends[::-1]).net
+    (none,) = path_hysteresis([net[0], same], [("N", "outbound"), ("N", "inbound")]).values()
+    assert none[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_pairs_of_hysteresis_are_those_of_one_trial_and_target():
+    ways = [("N", "outbound"), ("S", "outbound"), ("N", "inbound"), ("N", "outbound")]
+    ways += [("N", "inbound"), ("N", "inbound"), ("W", "inbound"), ("N", "elsewhere")]
+    trials = ["1", "1", "1", "2", "2", "2", "2", "2"]
+    net = [1.0, 5.0, 10.0, np.nan, 20.0, 7.0, 3.0, 100.0]
+    found = path_hysteresis(net, ways, trials)
+    assert list(found) == ["N"]
+    np.testing.assert_array_equal(found["N"], [11.0, np.nan])
+    renamed = path_hysteresis([1.0, 2.0], [("N", "go"), ("N", "come")], directions=("go", "come"))
+    assert renamed["N"].tolist() == [3.0]
+    with pytest.raises(ShapeError, match="2 movements, 1 ways"):
+        path_hysteresis([1.0, 2.0], [("N", "outbound")])

@@ -3,92 +3,61 @@
 Measures and tests are those of [Tommasino2017], doi 10.3389/fnbot.2017.00065.
 """
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import typer
 
-from selfmotion.cli.options import Json, Out
-from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
+from selfmotion.cli.curvature_tests import (
+    CurvedMovement,
+    DirectionTest,
+    Loop,
+    direction_tests,
+    loops,
+    marked,
+)
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler, StudyFile
+from selfmotion.cli.output import Contract, Document, Part, finish, save
 from selfmotion.cli.recordings import (
+    AngleUnit,
     ArmName,
     Cutoff,
+    Forward,
+    IdleSeed,
     Inputs,
+    LengthUnit,
+    Rate,
+    Stated,
     TaskName,
+    UnreadFile,
+    Up,
     find_files,
-    provenance_of,
-    read_study,
+    reason,
 )
-from selfmotion.errors import RangeError, SelfmotionError, ShapeError
-from selfmotion.provenance import Provenance
+from selfmotion.errors import FileFormatError, RangeError
+from selfmotion.provenance import Provenance, hash_file
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
-    import numpy as np
+    from selfmotion.batch import Outcome
+    from selfmotion.cli.batches import BatchChoices
+    from selfmotion.studies.curved_paths import CurveJob, ReadAs
 
-    from selfmotion.motion.recording import Recording, Study
-
-Line = Literal["movement", "center-out"]
-UpAxis = Literal["x", "y", "z", "-x", "-y", "-z"]
-
-
-class CurvedMovement(Part, frozen=True, kw_only=True):
-    """Areas between one path and its straight line, over the squared length of that line.
-
-    `a_right` and `a_left` lie right and left of the line, seen along the movement; `a_sum` is
-    their sum and `a_net` right minus left. `duration` is in s where `timed`, else in samples;
-    `length` is in m (m at 1 m for a pointing wrist). `stands_apart`: its duration or length is
-    more than two interquartile ranges from the median of the person; the tests leave it out. A
-    recording that could not be used has a status that says why.
-    """
-
-    name: str
-    subject: str | None
-    side: str | None
-    condition: str | None
-    target: str | None
-    trial: str | None
-    duration: Number
-    timed: bool
-    length: Number
-    a_right: Number
-    a_left: Number
-    a_sum: Number
-    a_net: Number
-    stands_apart: bool
-    failed: bool
-    status: str
-
-
-class DirectionTest(Part, frozen=True, kw_only=True):
-    """Student's t of the mean over the repetitions of one direction against zero.
-
-    `p_corrected` is after Holm for the directions of the person; `note` says that A_sum cannot be
-    negative. Null: fewer than two repetitions, or no spread.
-    """
-
-    subject: str | None
-    side: str | None
-    condition: str | None
-    target: str | None
-    measure: str
-    n: int
-    mean: Number
-    sd: Number
-    t: Number
-    p: Number
-    p_corrected: Number
-    differs: bool
-    note: str
+Line: TypeAlias = Literal["movement", "center-out"]
 
 
 class CurvatureDocument(Document, frozen=True, tag="selfmotion/curvature/1", kw_only=True):
-    """Curvature of every movement, and tests by direction (target and condition)."""
+    """Curvature of every movement, hysteresis of each pair out and back, tests by direction.
+
+    `unread` are files of a folder that could not be read.
+    """
 
     line: str
     movements: list[CurvedMovement]
+    hysteresis: list[Loop]
     tests: list[DirectionTest]
+    unread: list[UnreadFile]
 
 
 CONTRACT = Contract(
@@ -109,222 +78,157 @@ def curvature(
             "experiment, by the labels target (E, NE, ...) and condition (outbound, inbound).",
         ),
     ] = "movement",
-    up: Annotated[
-        UpAxis | None,
-        typer.Option("--up", help="Axis against gravity, of paths in space that do not say it."),
-    ] = None,
+    pair: Annotated[
+        str,
+        typer.Option(
+            "--pair",
+            metavar="OUT,BACK",
+            help="Conditions whose movements make a loop to a target and back, for hysteresis.",
+        ),
+    ] = "outbound,inbound",
+    length_unit: LengthUnit = None,
+    angle_unit: AngleUnit = None,
+    rate: Rate = None,
+    up: Up = None,
+    forward: Forward = None,
+    study_file: StudyFile = None,
+    jobs: Jobs = 1,
+    scheduler: Scheduler = None,
+    resume: Resume = False,
+    seed: IdleSeed = 0,
+    quiet: Quiet = False,
     json: Json = False,
     out: Out = None,
+    report: Report = None,
 ) -> int:
     """Measure how far paths veer from straight lines, and to which side."""
-    study = read_paths(inputs, arm=arm, task=task, cutoff=cutoff)
-    found = marked([attempt(r, lambda r=r: measured(r, line, up)) for r in study])
+    from selfmotion.cli.batches import BatchChoices
+    from selfmotion.studies.curved_paths import ReadAs
+
+    stated = Stated(length_unit, angle_unit, rate, up, forward)
+    ways = typed_pair(pair)
+    read = ReadAs(arm, task, cutoff, angle_unit, length_unit, rate, stated.frame())
+    todo = jobs_of(inputs, read, line, study_file)
+    batch = BatchChoices("curvature", out, jobs, scheduler, resume, quiet)
+    rows, unread = run(todo, inputs, batch)
+    found = marked([as_movement(row) for row in rows])
+    choices = {"arm": arm, "task": task, "cutoff": cutoff, "line": line, "pair": list(ways)}
+    choices |= stated.choices()
     document = CurvatureDocument(
-        provenance=provenance_of(
-            Provenance("curvature"), inputs, arm=arm, task=task, cutoff=cutoff, line=line, up=up
+        provenance=Provenance(
+            "curvature",
+            inputs={str(job.path): hash_file(job.path) for job in todo},
+            choices={k: v for k, v in choices.items() if v is not None},
         ),
         line=line,
         movements=found,
-        tests=direction_tests([m for m in found if not (m.failed or m.stands_apart)]),
+        hysteresis=loops(found, ways),
+        tests=direction_tests(found, ways),
+        unread=unread,
     )
     written = [] if out is None else [save(document, out, "curvature"), *save_tables(document, out)]
+    if report is not None:
+        from selfmotion.report.curvature_page import write_curvature_report
+
+        paths = [row["path"] for row in rows]
+        tables = (table(found), table(document.hysteresis), table(document.tests))
+        written.append(write_curvature_report(report, paths, tables, document.provenance))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
-    return finish(document, text, json=json, failed=sum(m.failed for m in found))
+    failed = sum(m.failed for m in found) + len(unread)
+    return finish(document, text, json=json, failed=failed)
 
 
-def read_paths(
-    inputs: list[Path], *, arm: str | None, task: str | None, cutoff: float | None
-) -> "Study":
-    """Read recordings that hold paths, or angles with an arm.
-
-    Raises:
-        SelfmotionError: one line that names the file and what is wrong with it.
-    """
-    if arm is not None:
-        return read_study(inputs, arm=arm, task=task, cutoff=cutoff)[0]
-    if task is not None:
-        raise RangeError(f"--task {task}: has a meaning only with --arm")
-    from selfmotion.motion.files import load
-    from selfmotion.motion.filters import with_velocities
-    from selfmotion.motion.recording import Study
-
-    recordings = [r for path in find_files(inputs) for r in load(path)]
-    for recording in recordings:
-        if recording.x is None:
-            raise ShapeError(
-                f"{recording.name}: holds {', '.join(recording.held)} but no path x; "
-                "name the arm that moved, as in --arm exoskeleton"
-            )
-    if cutoff is not None:
-        recordings = [with_velocities(r, cutoff=cutoff) for r in recordings]
-    return Study(tuple(recordings))
-
-
-def attempt(recording: "Recording", measure: Callable[[], dict[str, float]]) -> CurvedMovement:
-    """Measure one recording; one that fails says why, and the rest goes on."""
-    known: dict[str, Any] = dict.fromkeys(
-        ("duration", "length", "a_right", "a_left", "a_sum", "a_net")
-    )
-    status = "measured"
-    try:
-        known |= measure()
-    except SelfmotionError as error:
-        status = str(error)
-    return CurvedMovement(
-        name=recording.name,
-        **recording.labels.to_dict(),
-        timed=recording.timed,
-        **known,
-        stands_apart=False,
-        failed=status != "measured",
-        status=status,
-    )
-
-
-def measured(recording: "Recording", line: Line, up: UpAxis | None) -> dict[str, float]:
-    """Give duration, length and areas of one movement, between onset and offset."""
-    import numpy as np
-
-    from selfmotion.methods.curvature import path_areas
-    from selfmotion.motion.segment import movement_bounds, path_length
-
-    whole = recording.drop_gaps()[0]
-    time, x = whole.time, position(whole)
-    if len(time) < 3:
-        raise ShapeError(f"{recording.name}: {len(time)} samples; at least 3 are needed")
-    bounds = movement_bounds(np.linalg.norm(np.gradient(x, time, axis=0), axis=1))
-    part = slice(bounds.onset, bounds.offset + 1)
-    path = x[part]
-    ends = (path[0], path[-1]) if line == "movement" else center_out_ends(whole)
-    seen_from = up_direction(whole, up) if x.shape[1] == 3 else None
-    areas = path_areas(path, *ends, up=seen_from)
-    return {
-        "duration": float(time[bounds.offset] - time[bounds.onset]),
-        "length": path_length(path),
-        "a_right": areas.right,
-        "a_left": areas.left,
-        "a_sum": areas.total,
-        "a_net": areas.net,
-    }
-
-
-def position(recording: "Recording") -> "np.ndarray":
-    """Give the path (K, 2) or (K, 3): the place rows of what the task moves.
+def typed_pair(text: str) -> tuple[str, str]:
+    """Read the two conditions of a loop.
 
     Raises:
-        ShapeError: the rows are not those of a place.
+        RangeError: not two different words.
     """
-    x = recording.array("x")
-    if x.shape[1] == 6 and recording.rows[:3] == ("x", "y", "z"):
-        return x[:, :3]
-    if x.shape[1] not in (2, 3):
-        raise ShapeError(
-            f"{recording.name}: x has {x.shape[1]} rows ({', '.join(recording.rows)}); allowed "
-            "are 2 or 3 of a place, or 6 of a pose"
-        )
-    return x
+    words = [word.strip() for word in text.split(",")]
+    if len(words) != 2 or not all(words) or words[0] == words[1]:
+        raise RangeError(f"--pair {text!r}: two conditions are needed, as in outbound,inbound")
+    return words[0], words[1]
 
 
-def up_direction(recording: "Recording", up: UpAxis | None) -> "np.ndarray":
-    """Give the direction (3,) from which right and left are seen.
+def jobs_of(
+    inputs: list[Path], read: "ReadAs", line: Line, study_file: Path | None
+) -> "list[CurveJob]":
+    """List the files to measure; a study file's pattern gives them labels.
 
     Raises:
-        RangeError: neither the option nor the recording says it.
+        SelfmotionError: a path does not exist, or a folder holds nothing that fits.
     """
-    import numpy as np
+    from selfmotion.studies.curved_paths import CurveJob
 
-    axis = up or recording.frame.up
-    if axis is None:
-        raise RangeError(
-            f"{recording.name}: a path in space whose up axis is not known; name it, as in --up z"
-        )
-    direction = np.zeros(3)
-    direction["xyz".index(axis[-1])] = -1.0 if axis.startswith("-") else 1.0
-    return direction
+    if study_file is None:
+        return [CurveJob(path, read, line) for path in find_files(inputs)]
+    from selfmotion.studies.study_file import find_trials, load_study_file
+
+    trials = find_trials(load_study_file(study_file), inputs)
+    return [CurveJob(trial.path, read, line, trial.labels) for trial in trials]
 
 
-def center_out_ends(recording: "Recording") -> "tuple[np.ndarray, np.ndarray]":
-    """Give the targets between which a movement of the center-out experiment runs.
+def run(
+    todo: "list[CurveJob]", inputs: list[Path], batch: "BatchChoices"
+) -> tuple[list[dict[str, Any]], list[UnreadFile]]:
+    """Measure all files; of a folder, one that cannot be read is left out with its reason.
 
     Raises:
-        RangeError: a label is missing or unknown.
-        ShapeError: the path is not that of a pointing wrist.
+        FileFormatError: a file that was named, or every file, cannot be read.
     """
-    from selfmotion.studies.center_out import CENTRE, DIRECTIONS, NAMES, target_places
+    import warnings
 
-    name, direction = recording.labels.target, recording.labels.condition
-    if name not in NAMES or direction not in DIRECTIONS:
-        raise RangeError(
-            f"{recording.name}: target {name!r}, condition {direction!r}; with --line center-out "
-            f"allowed are {', '.join(NAMES)} and {' or '.join(DIRECTIONS)}"
-        )
-    if recording.array("x").shape[1] != 2:
-        raise ShapeError(f"{recording.name}: --line center-out needs a path in the plane (x, y)")
-    place = target_places()[NAMES.index(name)]
-    return (CENTRE, place) if direction == "outbound" else (place, CENTRE)
+    from selfmotion.batch import Item
+    from selfmotion.cli.batches import fingerprint, run_items
+    from selfmotion.studies.curved_paths import measure_file
 
-
-def marked(movements: list[CurvedMovement]) -> list[CurvedMovement]:
-    """Mark the movements that stand apart from those of the same person and side."""
-    from msgspec.structs import replace
-
-    from selfmotion.motion.segment import stands_apart
-
-    out = list(movements)
-    for key in dict.fromkeys((m.subject, m.side) for m in movements):
-        some = [i for i, m in enumerate(movements) if (m.subject, m.side) == key and not m.failed]
-        apart = stands_apart([movements[i].duration or 0.0 for i in some])
-        apart = apart | stands_apart([movements[i].length or 0.0 for i in some])
-        for i, far in zip(some, apart.tolist(), strict=True):
-            out[i] = replace(movements[i], stands_apart=far)
-    return out
+    items = [Item(str(j.path), j, fingerprint(hash_file(j.path), j)) for j in todo]
+    outcomes = run_items(measure_file, items, batch)
+    rows: list[dict[str, Any]] = []
+    unread: list[UnreadFile] = []
+    for job, outcome in zip(todo, outcomes, strict=True):
+        if outcome.result is not None:
+            rows += outcome.result["movements"]
+            for sentence in outcome.result["warnings"]:
+                warnings.warn(sentence, stacklevel=2)
+            continue
+        if job.path in inputs or not any(o.status.ok for o in outcomes):
+            raise refusal(outcome)
+        error = FileFormatError(outcome.status.sentence)
+        unread.append(UnreadFile(str(job.path), reason(error, job.path)))
+    return rows, unread
 
 
-def direction_tests(movements: list[CurvedMovement]) -> list[DirectionTest]:
-    """Test A_net and A_sum of each direction, corrected over the directions of a person."""
-    from selfmotion.methods.curvature import VACUOUS
-
-    out = []
-    for person in dict.fromkeys((m.subject, m.side) for m in movements):
-        own = [m for m in movements if (m.subject, m.side) == person]
-        out += _tests_of_person(own, "a_net", "") + _tests_of_person(own, "a_sum", VACUOUS)
-    return out
+def refusal(outcome: "Outcome") -> Exception:
+    """Give the exception for a file that could not be read; a defect stays one."""
+    sentence = outcome.status.sentence
+    if sentence.startswith("internal error"):
+        return RuntimeError(sentence)
+    return FileFormatError(sentence)
 
 
-def _tests_of_person(own: list[CurvedMovement], measure: str, note: str) -> list[DirectionTest]:
-    from selfmotion.methods.curvature import mean_tests
+def as_movement(row: dict[str, Any]) -> CurvedMovement:
+    """Give the record of one movement."""
+    from selfmotion.studies.curved_paths import MEASURED
 
-    groups: dict[tuple[str | None, str | None], list[float]] = {}
-    for m in own:
-        groups.setdefault((m.condition, m.target), []).append(getattr(m, measure))
-    found = mean_tests(list(groups.values()), [str(way) for way in groups], note=note)
-    columns = ("mean", "sd", "t", "p", "p_corrected")
-    values = {name: numbers(getattr(found, name)) for name in columns}
-    return [
-        DirectionTest(
-            subject=own[0].subject,
-            side=own[0].side,
-            condition=condition,
-            target=target,
-            measure=measure,
-            n=int(found.n[i]),
-            **{name: column[i] for name, column in values.items()},
-            differs=bool(found.differs[i]),
-            note=note,
-        )
-        for i, (condition, target) in enumerate(groups)
-    ]
+    values = {k: v for k, v in row.items() if k != "path"}
+    return CurvedMovement(**values, stands_apart=False, failed=row["status"] != MEASURED)
 
 
-def save_tables(document: CurvatureDocument, folder: Path) -> list[Path]:
-    """Write curvature.csv, one row a movement, and tests.csv, one row a direction and measure."""
+def table(rows: Sequence[Part]) -> Any:
+    """Give records as a data frame."""
     import pandas as pd
     from msgspec.structs import asdict
 
-    parts = {"curvature.csv": document.movements, "tests.csv": document.tests}
+    return pd.DataFrame([asdict(row) for row in rows])
+
+
+def save_tables(document: CurvatureDocument, folder: Path) -> list[Path]:
+    """Write curvature.csv, a row a movement, hysteresis.csv, a row a pair, and tests.csv."""
+    parts = {"curvature.csv": document.movements, "hysteresis.csv": document.hysteresis}
     return [
-        write_whole(folder / name, pd.DataFrame([asdict(row) for row in rows]).to_csv(index=False))
-        for name, rows in parts.items()
+        write_whole(folder / name, table(rows).to_csv(index=False))
+        for name, rows in {**parts, "tests.csv": document.tests}.items()
     ]
 
 
@@ -338,11 +242,16 @@ def as_text(document: CurvatureDocument) -> str:
             continue
         apart = "  stands apart" if m.stands_apart else ""
         lines.append(f"{m.name:{width}} {m.a_sum:8.4f} {m.a_net:8.4f}{apart}")
+    lines += [f"{bad.file}: not read: {bad.status}" for bad in document.unread]
+    verdicts = {"a_net": ("mean A_net", "veers", "no veer shown")}
+    verdicts["hysteresis"] = ("mean hysteresis", "the ways differ", "no difference shown")
     for test in document.tests:
-        if test.measure == "a_net":
-            known = (test.subject, test.side, test.condition, test.target)
-            who = ", ".join(v for v in known if v) or "all"
-            p = "?" if test.p_corrected is None else f"{test.p_corrected:.2g}"
-            verdict = "veers" if test.differs else "no veer shown"
-            lines.append(f"{who}: mean A_net {test.mean:.4f} of {test.n}, p = {p}, {verdict}")
+        if test.measure not in verdicts:
+            continue
+        what, yes, no = verdicts[test.measure]
+        known = (test.subject, test.side, test.condition, test.target)
+        who = ", ".join(v for v in known if v) or "all"
+        p = "?" if test.p_corrected is None else f"{test.p_corrected:.2g}"
+        verdict = yes if test.differs else no
+        lines.append(f"{who}: {what} {test.mean:.4f} of {test.n}, p = {p}, {verdict}")
     return "\n".join(lines)

@@ -212,13 +212,11 @@ def movement(legs: Legs, i: int, arm: "Arm") -> Movement:
 
 def hysteresis(movements: list[Movement]) -> dict[str, float | None]:
     """Sum A_net of the way out and the way back, for each target that has both."""
-    net = {(m.target, m.direction): m.a_net for m in movements}
-    out: dict[str, float | None] = {}
-    for target, direction in net:
-        if direction == "outbound" and (target, "inbound") in net:
-            there, back = net[target, "outbound"], net[target, "inbound"]
-            out[target] = None if there is None or back is None else there + back
-    return out
+    from selfmotion.methods.curvature import path_hysteresis
+
+    net = [float("nan") if m.a_net is None else m.a_net for m in movements]
+    found = path_hysteresis(net, [(m.target, m.direction) for m in movements])
+    return {str(target): numbers(pairs)[0] for target, pairs in found.items()}
 
 
 def provenance_of(

@@ -61,6 +61,16 @@ Forward: TypeAlias = Annotated[
     Axis | None,
     typer.Option("--forward", help="Axis that the person faces, where a file does not tell it."),
 ]
+# Options of the contract in commands whose work they cannot change.
+IdleJobs: TypeAlias = Annotated[
+    int, typer.Option("--jobs", metavar="N", help="Accepted; this takes one process.")
+]
+IdleResume: TypeAlias = Annotated[
+    bool, typer.Option("--resume", help="Accepted; this starts anew each time.")
+]
+IdleSeed: TypeAlias = Annotated[
+    int, typer.Option("--seed", metavar="S", help="Accepted; nothing here is random.")
+]
 
 
 @dataclass(frozen=True)

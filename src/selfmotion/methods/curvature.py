@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 Reference = Literal["targets", "movement"]
 VACUOUS = "A_sum cannot be negative: this test says nothing"
 LEVEL = 0.05
+OUT_AND_BACK = ("outbound", "inbound")
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,52 @@ def path_areas(
     beside = (x - a) @ _rightward(along, up)
     right, left = _lobes((x - a) @ along, beside)
     return PathAreas(right / distance**2, left / distance**2)
+
+
+def path_hysteresis(
+    net: ArrayLike,
+    ways: Sequence[tuple[str | None, str | None]],
+    trials: Sequence[str | None] | None = None,
+    *,
+    directions: tuple[str, str] = OUT_AND_BACK,
+) -> dict[str | None, Float[np.ndarray, " pairs"]]:
+    """Sum A_net of each movement out and of the movement back that belongs to it, by target.
+
+    The first movement out of a trial belongs to its first back to the same target, and so on.
+
+    Args:
+        net: (B,) A_net; NaN where a movement could not be used, which keeps its place.
+        ways: target and direction of each movement.
+        trials: trial of each; left out: all are of one.
+        directions: how the way out and the way back are called.
+
+    Returns:
+        Target to the sums of its pairs, in order of appearance, NaN where one of the two is.
+        Targets without a pair are left out.
+
+    Raises:
+        ShapeError: the lists are not as many.
+
+    Example:
+        >>> ways = [("NE", "outbound"), ("NE", "inbound"), ("E", "outbound")]
+        >>> {k: v.round(2).tolist() for k, v in path_hysteresis([0.1, 0.2, 0.0], ways).items()}
+        {'NE': [0.3]}
+    """
+    values = as_float_array("net", net, ndim=1)
+    known = [None] * len(values) if trials is None else list(trials)
+    if not len(values) == len(ways) == len(known):
+        raise ShapeError(f"net: {len(values)} movements, {len(ways)} ways, {len(known)} trials")
+    legs: dict[tuple[str | None, str | None], tuple[list[float], list[float]]] = {}
+    for value, (target, direction), trial in zip(values.tolist(), ways, known, strict=True):
+        if direction in directions:
+            legs.setdefault((target, trial), ([], []))[directions.index(direction)].append(value)
+    sums: dict[str | None, list[float]] = {}
+    for (target, _), (out, back) in legs.items():
+        # Where the two differ in number, the movements that belong to none come last.
+        pairs = [a + b for a, b in zip(out, back, strict=False)]
+        if pairs:
+            sums.setdefault(target, []).extend(pairs)
+    return {target: np.array(pairs) for target, pairs in sums.items()}
 
 
 def holm(p_values: ArrayLike) -> Float[np.ndarray, " tests"]:
