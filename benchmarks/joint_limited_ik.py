@@ -5,21 +5,31 @@
 The 9-DoF arm of [DeBoon], elbow free and splinted; random reachable targets; starts from rest,
 mid-range and at random. A target counts as solved at 0.01 mm (and 0.001 rad) with no limit
 violated. Peers run with a single start and with 20 random restarts; those that are not installed
-are left out. Peers in Python pay for the interpreter: ratios say what a user would see.
+are left out. Times are those of the processor. Peers in Python pay for the interpreter: ratios say
+what a user would see.
 """
 
 import argparse
 import platform
 import time
-from collections.abc import Callable
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
 import numpy as np
-from scipy.optimize import least_squares
 
+from forward_kinematics import hardware
+from ik_peers import (
+    One,
+    mink_solver,
+    mujoco_solver,
+    optik_solver,
+    pink_solver,
+    pinocchio_solver,
+    scipy_solver,
+)
 from selfmotion.arms import load_arm
 from selfmotion.kinematics.arm import Arm
-from selfmotion.kinematics.forward import body_frames, forward_kinematics
+from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
 from selfmotion.methods.reaching.ik_seeds import seed_table
 from selfmotion.methods.reaching.ik_tasks import as_hand_rows
@@ -28,9 +38,8 @@ from selfmotion.spatial import log_rotation
 
 SPLINT = {"elbow_flexion": (np.deg2rad(64.2), np.deg2rad(114.0))}
 REST = np.deg2rad([0, 0, 0, 90, 0, 20, 0, 0, 0.0])
+NAMES = ("selfmotion", "numpy", "scipy", "numba", "mujoco", "pin", "pin-pink", "mink", "optik-py")
 NEAR, TURNED, WITHIN = 1e-5, 1e-3, 1e-9
-# One start: target frame (4, 4) and posture to a posture.
-One = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def missing(arm: Arm, q: np.ndarray, T: np.ndarray, pose: bool) -> np.ndarray:
@@ -44,97 +53,50 @@ def missing(arm: Arm, q: np.ndarray, T: np.ndarray, pose: bool) -> np.ndarray:
     return missed
 
 
-def scipy_solver(arm: Arm, pose: bool) -> One:
-    task = Pose(arm) if pose else Position(arm)
-
-    def solve(T: np.ndarray, q: np.ndarray) -> np.ndarray:
-        target = np.concatenate([T[:3, 3], log_rotation(T[None, :3, :3])[0]]) if pose else T[:3, 3]
-        start = np.clip(q, arm.lower + 1e-6, arm.upper - 1e-6)
-        return least_squares(
-            lambda q: task.error(q, target)[0],
-            start,
-            jac=lambda q: -task.jacobian(q)[0],  # pyright: ignore[reportArgumentType]
-            bounds=(arm.lower, arm.upper),
-            xtol=1e-12,
-            ftol=1e-14,
-            max_nfev=100,
-        ).x
-
-    return solve
-
-
-def pinocchio_solver(arm: Arm, pose: bool) -> One:
-    """Damped least squares clipped to the limits: the loop of pinocchio's own example."""
-    import pinocchio as pin  # pyright: ignore[reportMissingImports]
-
-    model = pin.Model()
-    frames = body_frames(arm.chain, np.zeros(arm.n_joints))[0]
-    parent = 0
-    for i in range(arm.n_joints):
-        before = frames[i - 1] if i else np.eye(4)
-        place = np.linalg.solve(before, frames[i])
-        joint = pin.JointModelRevoluteUnaligned(arm.chain.axes[i])
-        parent = model.addJoint(parent, joint, pin.SE3(place), arm.joints[i])
-    tip = pin.Frame("hand", parent, 0, pin.SE3(arm.tip("hand").transform), pin.OP_FRAME)
-    frame = model.addFrame(tip)
-    data = model.createData()
-    rows = 6 if pose else 3
-
-    def solve(T: np.ndarray, q: np.ndarray) -> np.ndarray:
-        goal = pin.SE3(T)
-        q = q.copy()
-        for _ in range(100):
-            pin.computeJointJacobians(model, data, q)
-            pin.updateFramePlacement(model, data, frame)
-            here = data.oMf[frame]
-            if pose:
-                e = pin.log6(here.actInv(goal)).vector
-                J = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
-            else:
-                e = goal.translation - here.translation
-                J = pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED)[:3]
-            if np.abs(e).max() < 2e-6:
-                break
-            step = J.T @ np.linalg.solve(J @ J.T + 1e-6 * np.eye(rows), e)
-            q = np.clip(q + step, arm.lower, arm.upper)
-        return q
-
-    return solve
-
-
-def peers(arm: Arm, pose: bool) -> dict[str, One]:
-    found: dict[str, One] = {"scipy": scipy_solver(arm, pose)}
-    try:
-        found["pin"] = pinocchio_solver(arm, pose)
-    except ImportError:
-        print("  pin is not installed: left out")
+def peers(arm: Arm, pose: bool, restarts: int) -> dict[str, One]:
+    """Give those that are installed; only optik restarts by itself."""
+    builders = {
+        "scipy": scipy_solver,
+        "mujoco least squares": mujoco_solver,
+        "pin": pinocchio_solver,
+        "pink": pink_solver,
+        "mink": mink_solver,
+        "optik": partial(optik_solver, restarts=restarts),
+    }
+    found: dict[str, One] = {}
+    for name, build in builders.items():
+        try:
+            found[name] = build(arm, pose)
+        except ImportError:
+            continue
     return found
 
 
 def run_peer(one: One, arm: Arm, T: np.ndarray, starts: np.ndarray, restarts: int, pose: bool):
     """Solve one target after the other; give seconds a target and the share solved."""
     rng, q = np.random.default_rng(0), starts.copy()
-    begin = time.perf_counter()
+    begin = time.process_time()
     for k in range(len(T)):
         for attempt in range(restarts + 1):
             start = starts[k] if attempt == 0 else arm.random_postures(1, rng)[0]
             q[k] = one(T[k], start)
             if not missing(arm, q[k : k + 1], T[k : k + 1], pose)[0]:
                 break
-    seconds = (time.perf_counter() - begin) / len(T)
+    seconds = (time.process_time() - begin) / len(T)
     return seconds, 1.0 - missing(arm, q, T, pose).mean()
 
 
 def run_ours(arm: Arm, T: np.ndarray, starts: np.ndarray, options: IkOptions, pose: bool):
+    """Solve all targets in one call, on one thread; give seconds a target and the share solved."""
     task = Pose(arm) if pose else Position(arm)
     target = T if pose else T[:, :3, 3]
     seeds = seed_table(as_hand_rows(task))
     solve_ik(task, target, start=starts, seeds=seeds, options=options)  # compiled before
     seconds, q = np.inf, starts
     for _ in range(3):
-        begin = time.perf_counter()
+        begin = time.process_time()
         q = solve_ik(task, target, start=starts, seeds=seeds, options=options).q
-        seconds = min(seconds, (time.perf_counter() - begin) / len(T))
+        seconds = min(seconds, (time.process_time() - begin) / len(T))
     return seconds, 1.0 - missing(arm, q, T, pose).mean()
 
 
@@ -154,10 +116,12 @@ def scenario(arm: Arm, pose: bool, n_targets: int, n_peer: int, rng: np.random.G
             "selfmotion, one start": run_ours(arm, T, starts, IkOptions(restarts=0), pose),
             "published scheme": run_ours(arm, T, starts, published, pose),
         }
-        for name, one in peers(arm, pose).items():
-            for restarts in (0, 20):
+        for restarts in (0, 20):
+            few, begin = T[:n_peer], starts[:n_peer]
+            for name, one in peers(arm, pose, restarts).items():
                 label = f"{name}, {'one start' if restarts == 0 else '20 restarts'}"
-                rows[label] = run_peer(one, arm, T[:n_peer], starts[:n_peer], restarts, pose)
+                again = 0 if name == "optik" else restarts
+                rows[label] = run_peer(one, arm, few, begin, again, pose)
         print(f"\n{'pose' if pose else 'position'}, from {kind}")
         for name, (seconds, solved) in rows.items():
             print(
@@ -171,8 +135,8 @@ def main() -> None:
     parser.add_argument("--targets", type=int, default=2000)
     parser.add_argument("--peer-targets", type=int, default=200)
     args = parser.parse_args()
-    print(platform.processor() or platform.machine(), platform.python_version())
-    for name in ("selfmotion", "numpy", "scipy", "numba", "pin"):
+    print(hardware(), platform.python_version())
+    for name in NAMES:
         try:
             print(f"  {name} {version(name)}")
         except PackageNotFoundError:
