@@ -7,6 +7,7 @@ is 0; the arc tangent of two arguments used here gives 180 degrees and is exact 
 
 import numpy as np
 from jaxtyping import Float
+from numba import njit
 from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, require_finite, require_shape
@@ -51,20 +52,9 @@ def swivel_angle(
     if len(lengths) > 1:
         raise ShapeError(f"shoulder, elbow and wrist have {len(S)}, {len(E)} and {len(W)} samples")
     g = unit("down", down)
-    SW, SE = W - S, E - S
-    plane_arm = np.cross(SW, SE)
-    plane_vertical = np.cross(SW, g)
-    length = np.linalg.norm(SW, axis=-1)
-    # For unit SW: arm = |SE|sin, vertical = sin; both normals are square to SW, so the angle
-    # between them has its sine along SW.
-    sine = length * np.einsum("...i,i->...", plane_arm, g)
-    cosine = np.einsum("...i,...i->...", plane_arm, plane_vertical)
-    angle = np.arctan2(sine, cosine)
-    reach = np.linalg.norm(SE, axis=-1) * length
-    undetermined = (np.linalg.norm(plane_arm, axis=-1) <= COLLINEAR * reach) | (
-        np.linalg.norm(plane_vertical, axis=-1) <= COLLINEAR * length
-    )
-    return np.where(undetermined, np.nan, angle)
+    out = np.empty(max(len(S), len(E), len(W)))
+    _angles(np.ascontiguousarray(S), np.ascontiguousarray(E), np.ascontiguousarray(W), g, out)
+    return out
 
 
 def arm_swivel_angle(arm: Arm, q: ArrayLike) -> Float[np.ndarray, " samples"]:
@@ -84,3 +74,27 @@ def _points(name: str, value: ArrayLike) -> Float[np.ndarray, "samples 3"]:
     require_shape(name, array, (None, 3))
     require_finite(name, array)
     return array
+
+
+@njit(cache=True)
+def _angles(shoulder, elbow, wrist, down, out):
+    """Fill out (K,): [Li2022] eq. 5 with an arc tangent; NaN where there is no plane."""
+    d0, d1, d2 = down[0], down[1], down[2]
+    for k in range(out.shape[0]):
+        S = shoulder[k if shoulder.shape[0] > 1 else 0]
+        E = elbow[k if elbow.shape[0] > 1 else 0]
+        W = wrist[k if wrist.shape[0] > 1 else 0]
+        w0, w1, w2 = W[0] - S[0], W[1] - S[1], W[2] - S[2]
+        e0, e1, e2 = E[0] - S[0], E[1] - S[1], E[2] - S[2]
+        a0, a1, a2 = w1 * e2 - w2 * e1, w2 * e0 - w0 * e2, w0 * e1 - w1 * e0
+        v0, v1, v2 = w1 * d2 - w2 * d1, w2 * d0 - w0 * d2, w0 * d1 - w1 * d0
+        length = np.sqrt(w0 * w0 + w1 * w1 + w2 * w2)
+        reach = length * np.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
+        plane_arm = np.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
+        plane_vertical = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+        if plane_arm <= COLLINEAR * reach or plane_vertical <= COLLINEAR * length:
+            out[k] = np.nan
+            continue
+        # Both normals are square to the line, so the angle between them has its sine along it.
+        sine = length * (a0 * d0 + a1 * d1 + a2 * d2)
+        out[k] = np.arctan2(sine, a0 * v0 + a1 * v1 + a2 * v2)

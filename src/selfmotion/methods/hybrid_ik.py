@@ -3,8 +3,9 @@
 Implements [Li2022] Table II and eqs 6, 7 and 13 (doi 10.1109/TNSRE.2022.3198400): the closed form
 of the arm's relative gives a start for every swivel angle, and damped least squares bring it onto
 the hand pose of the real arm, with shoulder elevation and elbow flexion at rest by turns so that
-the swivel angle stays nearly what was asked for. Deviation: coupled coordinates follow the
-coupling of the chain, which may be a curve, and not a constant matrix W.
+the swivel angle stays nearly what was asked for. Deviations: coupled coordinates follow the
+coupling of the chain, which may be a curve, and not a constant matrix W; nothing rests after the
+first `RESTING_STEPS` steps.
 """
 
 from dataclasses import dataclass
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
 RESTING = (1, 3)
 # Postures closer than this (rad) are the same.
 _SAME = 1e-6
-MAX_ITERATIONS = 40
+# They rest in the first steps only: where that converges slowly, all coordinates take the last
+# steps, which by then are too small to move the swivel angle.
+RESTING_STEPS, MAX_ITERATIONS = 6, 16
 # Starts farther outside the limits (rad) or out of reach (sines) than this lead nowhere.
 MARGIN, OUT_OF_REACH = 0.6, 0.5
 
@@ -128,8 +131,9 @@ def hybrid_ik(
     starts, out = starts.reshape(-1, 7), out.ravel()
     excess = np.maximum(arm.lower - starts, starts - arm.upper).max(axis=1)
     worth = (out < OUT_OF_REACH) & (excess < MARGIN)
-    turns = np.ones((len(RESTING), 7))
-    turns[np.arange(len(RESTING)), list(RESTING)] = 0.0
+    turns = np.ones((MAX_ITERATIONS + 1, 7))
+    for step in range(RESTING_STEPS):
+        turns[step, RESTING[step % len(RESTING)]] = 0.0
     before = refine(arm, starts[worth], goals[0], max_iterations=0)
     after = refine(arm, starts[worth], goals[0], turns=turns, max_iterations=MAX_ITERATIONS)
     q = inside_turn(arm, after.q)

@@ -7,9 +7,11 @@ lengthens.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
+from numba import njit
 
 from selfmotion.arrays import freeze, require_finite, require_shape
 from selfmotion.errors import RangeError, unknown_name
@@ -66,6 +68,11 @@ class MuscleSet:
                 )
             object.__setattr__(self, field, freeze(array))
 
+    @cached_property
+    def height(self) -> Float[np.ndarray, " muscles"]:
+        """Give what the fibres keep square to the tendon as they shorten (m)."""
+        return freeze(self.fibre * np.sin(self.pennation))
+
     def index(self, name: str) -> int:
         """Give the position of a muscle.
 
@@ -103,12 +110,16 @@ class StiffTendonForces:
             lengths: (K, M) of the whole path, tendon included (m).
             velocities: (K, M) rate of change of `lengths` (m/s); left out: at rest.
         """
-        fibre, cosine = fibre_length(self.muscles, lengths)
-        force = self.muscles.max_force * active_force_length(fibre, self.curves) * cosine
-        if velocities is not None:
-            rate = velocities * cosine / (self.muscles.fibre * self.curves.fastest)
-            force = force * force_velocity(rate, self.curves)
-        return force
+        m, c = self.muscles, self.curves
+        if velocities is None:
+            held = np.empty(lengths.shape)
+            _forces_at_rest(
+                lengths, m.max_force, m.fibre, m.tendon, m.height, c.shortest, c.longest, held
+            )
+            return held
+        fibre, cosine = fibre_length(m, lengths)
+        force = m.max_force * active_force_length(fibre, c) * cosine
+        return force * force_velocity(velocities * cosine / (m.fibre * c.fastest), c)
 
     def passive(
         self, lengths: Float[np.ndarray, "samples muscles"]
@@ -128,8 +139,7 @@ def fibre_length(
     A path shorter than its tendon gives fibres of no length along it.
     """
     along = np.maximum(lengths - muscles.tendon, 0.0)
-    height = muscles.fibre * np.sin(muscles.pennation)
-    fibre = np.hypot(along, height)
+    fibre = np.hypot(along, muscles.height)
     cosine = np.divide(along, fibre, out=np.zeros_like(along), where=fibre > 0)
     return fibre / muscles.fibre, cosine
 
@@ -172,3 +182,23 @@ def force_velocity(
         gap * gap, excess, out=np.zeros_like(gap), where=excess > 0
     )
     return np.where(rate <= 0.0, shortening, lengthening)
+
+
+@njit(cache=True)
+def _forces_at_rest(lengths, max_force, fibre, tendon, height, shortest, longest, out):
+    """Fill out (K,M): the product of `active_force_length` and pennation, in one pass."""
+    for k in range(lengths.shape[0]):
+        for i in range(lengths.shape[1]):
+            along = max(lengths[k, i] - tendon[i], 0.0)
+            whole = np.sqrt(along * along + height[i] * height[i])
+            if not whole > 0.0:
+                out[k, i] = 0.0
+                continue
+            x = whole / fibre[i]
+            if x <= 1.0:
+                x = (x - shortest[i]) / (0.5 * (1.0 - shortest[i]))
+            else:
+                x = (longest[i] - x) / (0.5 * (longest[i] - 1.0))
+            x = min(max(x, 0.0), 2.0)
+            share = 0.5 * x * x if x <= 1.0 else 1.0 - 0.5 * (2.0 - x) ** 2
+            out[k, i] = max_force[i] * share * along / whole

@@ -21,8 +21,12 @@ from numba import njit
 
 from selfmotion.arrays import freeze
 from selfmotion.errors import ModelError, unknown_name
+from selfmotion.kinematics import kernels
 from selfmotion.kinematics.chain import Chain
+from selfmotion.muscles import path_kernels
 from selfmotion.muscles.hill import ForceCurves, MuscleSet, StiffTendonForces
+from selfmotion.muscles.mujoco_paths import path_tables
+from selfmotion.muscles.path_kernels import PathTables
 
 _MUSCLE = int(mujoco.mjtGain.mjGAIN_MUSCLE)
 _TENDON = int(mujoco.mjtTrn.mjTRN_TENDON)
@@ -90,6 +94,8 @@ class MujocoMuscles:
         Float[np.ndarray, "samples muscles coords"],
     ]:
         """Give both, in one pass."""
+        if self._tables is not None:
+            return self._compiled(q, self._tables)
         m, w = self.model, self._work
         d = w.data
         joints = self.chain.coupling.value(q)
@@ -105,6 +111,21 @@ class MujocoMuscles:
         derivative = self.chain.coupling.derivative(q)
         arms = _project(jacobian, *w.sparsity, w.tendons, w.gear, w.joint_of_dof, derivative)
         return lengths[:, w.tendons] * w.gear, arms
+
+    @cached_property
+    def _tables(self) -> PathTables | None:
+        return path_tables(self.model, self.chain, self.joint_ids, self.actuators)
+
+    def _compiled(self, q: np.ndarray, tables: PathTables) -> tuple[np.ndarray, np.ndarray]:
+        """Run our own kernel, for paths over sites, spheres and cylinders."""
+        z, coupling = self.chain.z_frames, self.chain.coupling
+        frames = kernels.body_frames(
+            z.parent, z.joint_type, z.rotations, z.translations, coupling.value(q)
+        )
+        lengths = np.empty((len(q), len(self.actuators)))
+        arms = np.empty((*lengths.shape, self.chain.n_coordinates))
+        path_kernels.lengths_and_moment_arms(tables, *frames, coupling.derivative(q), lengths, arms)
+        return lengths, arms
 
     def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
         """Give the points of each muscle's path in the ground (m), for drawing one posture."""

@@ -13,6 +13,7 @@ Two conventions name what else goes in:
   and the torque of coordinate limits, and the muscle model's own pennation.
 """
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -276,6 +277,7 @@ def required_torque(
     return torque
 
 
+@functools.lru_cache(maxsize=16)
 def with_hand_load(arm: Arm, mass: float) -> Arm:
     """Give the same arm with a point mass (kg) at the origin of the hand's frame."""
     tip = arm.tip("hand")

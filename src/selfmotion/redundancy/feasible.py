@@ -15,7 +15,7 @@ from selfmotion.arrays import Transform
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.swivel import swivel_angle
-from selfmotion.redundancy import pose_kernels
+from selfmotion.redundancy import limit_kernels, pose_kernels
 from selfmotion.redundancy.pose_kernels import PathArrays
 from selfmotion.redundancy.refine import refine
 
@@ -68,12 +68,10 @@ class FeasibleInterval:
         """Give postures (rad) and unit tangents (rad/rad) at places along the curve."""
         s = np.clip(np.atleast_1d(np.asarray(arc, dtype=np.float64)), self.arc[0], self.arc[-1])
         q, t = hermite(self.arc, self.q, self.tangents, s)
-        wanted = (q * t).sum(axis=1)
-        guess = q.copy()
+        wanted, guess = (q * t).sum(axis=1), q.copy()
         good = pose_kernels.correct_many(self.path, q, t, wanted, self.T_hand)
         if not good.all():  # beside a singular posture, where the tangent turns within a step
-            q[~good] = guess[~good]
-            q[~good] = refine(self.arm, q[~good], self.T_hand).q
+            q[~good] = refine(self.arm, guess[~good], self.T_hand).q
         return np.minimum(np.maximum(q, self.arm.lower), self.arm.upper), t
 
     def swivel_near(self, arc: ArrayLike) -> Float[np.ndarray, " samples"]:
@@ -92,16 +90,10 @@ def hermite(
     arc: np.ndarray, nodes: np.ndarray, tangents: np.ndarray, s: np.ndarray
 ) -> tuple[Float[np.ndarray, "samples 7"], Float[np.ndarray, "samples 7"]]:
     """Give points and unit tangents (K, 7) between nodes, by cubics that fit both."""
-    if len(arc) == 1:
-        return np.repeat(nodes, len(s), axis=0), np.repeat(tangents, len(s), axis=0)
-    k = np.clip(np.searchsorted(arc, s, side="right") - 1, 0, len(arc) - 2)
-    h = (arc[k + 1] - arc[k])[:, None]
-    u = (s - arc[k])[:, None] / h
-    a, b, ta, tb = nodes[k], nodes[k + 1], h * tangents[k], h * tangents[k + 1]
-    square, cube = 3 * (b - a) - 2 * ta - tb, 2 * (a - b) + ta + tb
-    q = a + u * (ta + u * (square + u * cube))
-    t = ta + u * (2 * square + u * 3 * cube)
-    return q, t / np.linalg.norm(t, axis=1)[:, None]
+    q, t = np.empty((len(s), nodes.shape[1])), np.empty((len(s), nodes.shape[1]))
+    a, n, d, x = (np.ascontiguousarray(part) for part in (arc, nodes, tangents, s))
+    limit_kernels.between_nodes(a, n, d, x, q, t)
+    return q, t
 
 
 def arm_swivel(arm: Arm, q: Float[np.ndarray, "samples 7"]) -> Float[np.ndarray, " samples"]:

@@ -62,3 +62,32 @@ def limit_crossings(nodes, tangents, arc, limits, found):
                         found[count, 3] = k
                         count += 1
     return count
+
+
+@njit(cache=True, error_model="numpy")
+def between_nodes(arc, nodes, tangents, s, Q, t):
+    """Fill Q and t (K,n): points and unit tangents at places s, by cubics that fit both ends."""
+    n = nodes.shape[1]
+    for k in range(s.shape[0]):
+        i = 0
+        j = arc.shape[0] - 1
+        while j - i > 1:
+            middle = (i + j) // 2
+            if s[k] < arc[middle]:
+                j = middle
+            else:
+                i = middle
+        h = arc[j] - arc[i] if j > i else 1.0
+        u = (s[k] - arc[i]) / h
+        size = 0.0
+        for c in range(n):
+            a, b = nodes[i, c], nodes[j, c]
+            ta, tb = h * tangents[i, c], h * tangents[j, c]
+            square = 3.0 * (b - a) - 2.0 * ta - tb
+            cube = 2.0 * (a - b) + ta + tb
+            Q[k, c] = a + u * (ta + u * (square + u * cube))
+            t[k, c] = ta + u * (2.0 * square + u * 3.0 * cube)
+            size += t[k, c] * t[k, c]
+        size = np.sqrt(size)
+        for c in range(n):
+            t[k, c] /= size

@@ -1,5 +1,6 @@
 """Bring postures onto a hand pose by damped least squares."""
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,6 +142,7 @@ def pose_from_quaternion(quaternion: ArrayLike, position: ArrayLike) -> Transfor
     return T
 
 
+@functools.lru_cache(maxsize=32)
 def path_arrays(chain: Chain, tip: Tip) -> PathArrays:
     """Give the joints that carry a tip as arrays for the kernels.
 

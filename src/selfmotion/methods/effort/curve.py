@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from numba import njit
 
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.muscles.static_optimization import (
@@ -113,11 +114,9 @@ class _Sampler:
 
     def unexplained(self) -> np.ndarray:
         """Give what moment arms leave of the change in length between samples, (K - 1, M)."""
-        gap = np.diff(self.arc)[:, None]
-        mean = 0.5 * (self.slopes[1:] + self.slopes[:-1])
-        # A smooth path leaves h^3 l'''/12; what the change of slope itself explains is let pass.
-        smooth = 0.1 * gap * np.abs(self.slopes[1:] - self.slopes[:-1])
-        return np.maximum(np.abs(np.diff(self.lengths, axis=0) - gap * mean) - smooth, 0.0)
+        out = np.empty((len(self.arc) - 1, self.lengths.shape[1]))
+        _all_unexplained(self.arc, self.lengths, self.slopes, out)
+        return out
 
 
 def effort_curve(
@@ -160,47 +159,90 @@ def effort_curve(
 
 def _next_places(sampler: _Sampler, tolerance: float, best: float) -> np.ndarray:
     """Give places where effort should be known too: middles of doubtful gaps, vertices."""
-    s, E = sampler.arc, sampler.effort
-    gap = np.diff(s)
-    least = min(best, float(E.min()))
+    places = np.empty(2 * len(sampler.arc))
+    count = _doubts(
+        sampler.arc, sampler.effort, sampler.lengths, sampler.slopes, tolerance, best, places
+    )
+    return np.unique(places[:count])
+
+
+@njit(cache=True)
+def _doubts(s, E, lengths, slopes, tolerance, best, places):
+    """Fill places with what `_next_places` gives; returns how many there are."""
+    n = s.shape[0]
+    least = best
+    for i in range(n):
+        least = min(least, E[i])
     allowed = 0.5 * tolerance * max(least, 1e-12)
-    bend = _bend(s, E)
-    dip = SAFETY * bend * gap**2 / 8.0
-    low = np.minimum(E[:-1], E[1:]) - dip
-    doubtful = (low < least - allowed) & (gap > 2 * SMALLEST_GAP)
-    jump = (sampler.unexplained() > JUMP).any(axis=1) & (gap > 4 * SMALLEST_GAP)
-    places = [0.5 * (s[:-1] + s[1:])[doubtful | jump]]
-    taken = doubtful | jump
-    for i in range(1, len(s) - 1):
+    second = np.zeros(n)
+    for i in range(1, n - 1):
+        a, b = s[i] - s[i - 1], s[i + 1] - s[i]
+        second[i] = abs(2.0 * ((E[i + 1] - E[i]) / b - (E[i] - E[i - 1]) / a) / (a + b))
+    if n > 2:
+        second[0], second[n - 1] = second[1], second[n - 2]
+    dip, taken = np.empty(n - 1), np.zeros(n - 1, np.bool_)
+    count = 0
+    for i in range(n - 1):
+        gap = s[i + 1] - s[i]
+        # The greatest second derivative seen around the gap.
+        dip[i] = SAFETY * max(second[i], second[i + 1]) * gap * gap / 8.0
+        low = min(E[i], E[i + 1]) - dip[i]
+        taken[i] = low < least - allowed and gap > 2.0 * SMALLEST_GAP
+        if not taken[i] and gap > 4.0 * SMALLEST_GAP:
+            taken[i] = _jumps(gap, lengths[i], lengths[i + 1], slopes[i], slopes[i + 1])
+        if taken[i]:
+            places[count] = 0.5 * (s[i] + s[i + 1])
+            count += 1
+    for i in range(1, n - 1):
         if not (E[i] < E[i - 1] and E[i] <= E[i + 1]):
             continue
         a, b = s[i] - s[i - 1], s[i + 1] - s[i]
-        if max(a, b) <= 2 * SMALLEST_GAP or taken[i - 1] or taken[i]:
+        if max(a, b) <= 2.0 * SMALLEST_GAP or taken[i - 1] or taken[i]:
             continue
         # The least minimum is pinned down further, for its place and not for its value.
-        share = 0.005 if E[i] <= (1 + tolerance) * least else 0.2
+        share = 0.005 if E[i] <= (1.0 + tolerance) * least else 0.2
         if max(dip[i - 1], dip[i]) < share * tolerance * max(E[i], 1e-12):
             continue
-        places.append(np.array([_vertex(s[i - 1 : i + 2], E[i - 1 : i + 2])]))
-    return np.unique(np.concatenate(places))
+        places[count] = _vertex(s[i - 1], s[i], s[i + 1], E[i - 1], E[i], E[i + 1])
+        count += 1
+    return count
 
 
-def _bend(s: np.ndarray, E: np.ndarray) -> np.ndarray:
-    """Give the greatest second derivative seen around each gap (K - 1,)."""
-    slope = np.diff(E) / np.diff(s)
-    second = np.abs(2.0 * np.diff(slope) / (s[2:] - s[:-2]))
-    padded = np.concatenate([second[:1], second, second[-1:]])
-    return np.maximum(padded[:-1], padded[1:])
+@njit(cache=True)
+def _unexplained(gap, before, after, slope, next_slope, m):
+    """Give what moment arms leave of the change in length of path m over a gap (m)."""
+    left = abs(after[m] - before[m] - 0.5 * gap * (slope[m] + next_slope[m]))
+    # A smooth path leaves h^3 l'''/12; what the change of slope itself explains is let pass.
+    return max(left - 0.1 * gap * abs(next_slope[m] - slope[m]), 0.0)
 
 
-def _vertex(s: np.ndarray, E: np.ndarray) -> float:
+@njit(cache=True)
+def _jumps(gap, before, after, slope, next_slope):
+    for m in range(before.shape[0]):
+        if _unexplained(gap, before, after, slope, next_slope, m) > JUMP:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _all_unexplained(s, lengths, slopes, out):
+    for i in range(out.shape[0]):
+        for m in range(out.shape[1]):
+            gap = s[i + 1] - s[i]
+            out[i, m] = _unexplained(gap, lengths[i], lengths[i + 1], slopes[i], slopes[i + 1], m)
+
+
+@njit(cache=True)
+def _vertex(s0, s1, s2, E0, E1, E2):
     """Give the vertex of the parabola through three samples, kept away from all of them."""
-    a, b = s[1] - s[0], s[2] - s[1]
-    left, right = (E[1] - E[0]) / a, (E[2] - E[1]) / b
+    a, b = s1 - s0, s2 - s1
+    left, right = (E1 - E0) / a, (E2 - E1) / b
     curvature = (right - left) / (a + b)
-    x = s[1] - (left * b + right * a) / (a + b) / (2 * curvature) if curvature > 0 else s[1]
+    x = s1
+    if curvature > 0.0:
+        x = s1 - (left * b + right * a) / (a + b) / (2.0 * curvature)
     # A vertex on a sample tells nothing new: go a step into the wider side instead.
     clear = 0.1 * max(a, b)
-    if abs(x - s[1]) < clear:
-        x = s[1] + clear if b > a else s[1] - clear
-    return float(np.clip(x, s[0] + 0.05 * a, s[2] - 0.05 * b))
+    if abs(x - s1) < clear:
+        x = s1 + clear if b > a else s1 - clear
+    return min(max(x, s0 + 0.05 * a), s2 - 0.05 * b)
