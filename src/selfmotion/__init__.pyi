@@ -102,6 +102,21 @@ from selfmotion.motion.files import load_markers as load_markers
 from selfmotion.motion.markers import MarkerSet as MarkerSet
 from selfmotion.motion.orientations import Orientations as Orientations
 from selfmotion.motion.files.orientation import read_orientations as read_orientations
+from selfmotion.capture.person import CaptureOptions as CaptureOptions
+from selfmotion.capture.person import Person as Person
+from selfmotion.capture.person import calibrate_person as calibrate_person
+from selfmotion.capture.angles import ArmMotion as ArmMotion
+from selfmotion.capture.angles import angles_from_markers as angles_from_markers
+from selfmotion.capture.marker_ik import MarkerModel as MarkerModel
+from selfmotion.capture.marker_ik import solve_marker_ik as solve_marker_ik
+from selfmotion.capture.isb import isb_angles as isb_angles
+from selfmotion.capture.protocol import Protocol as Protocol
+from selfmotion.capture.protocol import load_protocol as load_protocol
+
+# -- whole studies
+from selfmotion.studies.study_file import load_study_file as load_study_file
+from selfmotion.studies.study_run import StudyPlan as StudyPlan
+from selfmotion.studies.study_run import run_study as run_study
 
 # -- many at once
 from selfmotion.batch import Item as Item

@@ -40,3 +40,25 @@ def test_refusals_name_what_is_missing(tmp_path: Path, capsys: Capture):
     angles = tmp_path / "angles.csv"
     angles.write_text("time,elbow\n0,1\n1,1\n")
     assert "no marker" in refused(capsys, "angles", angles, "--static", STATIC)
+
+
+def test_isb_angles_come_with_their_distance_from_gimbal_lock(tmp_path: Path, capsys: Capture):
+    words = ("angles", DRINK, "--static", STATIC, "--isb", "--out", tmp_path)
+    (movement,) = answered(capsys, *words)["movements"]
+    isb = movement["isb"]
+    with open(isb["written"], encoding="utf-8") as stream:
+        names = stream.readline().strip().split(",")
+    table = np.genfromtxt(isb["written"], delimiter=",", skip_header=1)
+    column = dict(zip(names, table.T, strict=True))
+    assert len(table) == movement["frames"] and column["time"][0] == 0.0
+    # The example drinks with the elbow going from 85 to 130 degrees; 0 is straight in both.
+    assert isb["largest_deg"]["elbow_flexion_deg"] == pytest.approx(130, abs=8)
+    elevation = column["elevation_deg"]
+    lock = np.minimum(elevation, 180 - elevation)
+    np.testing.assert_allclose(column["shoulder_lock_deg"], lock, atol=1e-9)
+    assert isb["shoulder_lock_deg"] == pytest.approx(np.nanmin(lock))
+    carrying = 90 - np.abs(column["carrying_angle_deg"])
+    assert isb["elbow_lock_deg"] == pytest.approx(np.nanmin(carrying))
+    near = (lock < 10) | (carrying < 10)
+    assert isb["share_near_lock"] == pytest.approx(near.mean())
+    assert answered(capsys, *words[:4])["movements"][0]["isb"] is None

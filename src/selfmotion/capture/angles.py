@@ -65,6 +65,16 @@ def angles_from_markers(
     Raises:
         UnknownNameError: a marker of a cluster does not exist.
         NotFiniteError: no landmark could be seen in any frame.
+
+    Example:
+        >>> from selfmotion.arms import upper_limb_anatomical
+        >>> from selfmotion.capture.person import calibrate_person
+        >>> from selfmotion.capture.simulated_markers import simulate_markers
+        >>> seen = simulate_markers(rng=np.random.default_rng(1))
+        >>> person = calibrate_person(upper_limb_anatomical(), seen.static, seen.movements)
+        >>> motion = angles_from_markers(person, seen.movements[0])
+        >>> motion.recording.joints[5], bool(np.nanmedian(motion.ik.rms) < 0.005)
+        ('elbow_flexion', True)
     """
     moving = prepare(markers, person.protocol, person.options)
     poses = {k: fit_cluster(c, moving) for k, c in person.clusters.items()}

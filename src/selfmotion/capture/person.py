@@ -1,8 +1,7 @@
 """A person ready to be measured: an arm of the right size with markers on it.
 
-From a static trial, in which the bony landmarks were marked, and movements of the same person come
-the clusters, the functional joint centres, the trunk's frame, the segment lengths and the marker
-model of :mod:`selfmotion.capture.marker_ik`.
+A static trial with the bony landmarks and movements of the same person give the clusters, the
+functional joint centres, the trunk's frame, the segment lengths and the marker model.
 
 The trunk's axes and the girdle's zero are those of rest, the first moments of the movements: in a
 static trial arms are often raised, and the shoulders with them. Without movements the static trial
@@ -127,12 +126,20 @@ def calibrate_person(
     Raises:
         UnknownNameError: a marker or the side does not exist.
         NotFiniteError: a landmark was not seen in the static trial, or too little of a movement.
+
+    Example:
+        >>> from selfmotion.arms import upper_limb_anatomical
+        >>> from selfmotion.capture.simulated_markers import simulate_markers
+        >>> seen = simulate_markers(rng=np.random.default_rng(1))
+        >>> person = calibrate_person(upper_limb_anatomical(), seen.static, seen.movements)
+        >>> round(person.lengths["upper_arm"], 2), round(person.lengths["forearm"], 2)
+        (0.29, 0.25)
     """
     chosen = options or CaptureOptions()
     names = protocol.for_side(side)
     still = prepare(static, names, replace(chosen, cutoff=None))
     moving = [prepare(m, names, chosen) for m in movements]
-    at_rest = [m.window(0, _rest_samples(m)) for m in moving] or [still]
+    at_rest = [m.window(0, max(1, m.n_samples // REST_PART)) for m in moving] or [still]
     clusters = {
         k: cluster_from_static(k, at_rest[0] if k == "trunk" else still, v)
         for k, v in names.clusters.items()
@@ -383,10 +390,6 @@ def _static_mean(static: MarkerSet, name: str) -> np.ndarray:
     if np.isnan(path).all():
         raise NotFiniteError(f"{static.name}: marker {name} was not seen in the static trial")
     return np.nanmean(path, axis=0)
-
-
-def _rest_samples(markers: MarkerSet) -> int:
-    return max(1, markers.n_samples // REST_PART)
 
 
 def _mean_rotation(rotations: Float[np.ndarray, "samples 3 3"]) -> Float[np.ndarray, "3 3"]:

@@ -14,12 +14,32 @@ if TYPE_CHECKING:
     from selfmotion.capture.angles import ArmMotion
     from selfmotion.motion.recording import Recording
 
+# So near to gimbal lock single angles of a sequence say little (degrees).
+NEAR_LOCK_DEG = 10.0
+
+
+class IsbEntry(Part, frozen=True, kw_only=True):
+    """Angles after Wu et al. 2005 (degrees): least and largest of each over the movement.
+
+    `shoulder_lock_deg` and `elbow_lock_deg` are the least distances from gimbal lock, where two
+    axes of a sequence fall together; `share_near_lock` is the share of frames nearer than 10
+    degrees to either, whose single angles say little. `written` is null without --out.
+    """
+
+    least_deg: dict[str, Number]
+    largest_deg: dict[str, Number]
+    shoulder_lock_deg: Number
+    elbow_lock_deg: Number
+    share_near_lock: Number
+    written: str | None
+
 
 class MovementAngles(Part, frozen=True, kw_only=True):
     """One marker file; lengths of time in frames, errors in mm, median over frames.
 
     `marker_error_mm` holds each landmark's distance from where it was seen; `share_at_limit` the
-    joints that met a limit, with the share of frames. `written` is null without --out.
+    joints that met a limit, with the share of frames. `written` is null without --out, `isb`
+    without --isb.
     """
 
     file: str
@@ -33,6 +53,7 @@ class MovementAngles(Part, frozen=True, kw_only=True):
     swivel_start_deg: Number
     swivel_end_deg: Number
     written: str | None
+    isb: IsbEntry | None
     status: str
 
 
@@ -87,6 +108,13 @@ def angles(
     kind: Annotated[
         Literal["mot", "csv", "parquet"], typer.Option("--format", help="Of the files in --out.")
     ] = "mot",
+    isb: Annotated[
+        bool,
+        typer.Option(
+            "--isb",
+            help="Also the angles of the ISB (Wu 2005), with their distance from gimbal lock.",
+        ),
+    ] = False,
     length_unit: LengthUnit = None,
     rate: Rate = None,
     up: Up = None,
@@ -116,7 +144,9 @@ def angles(
     for path, seen in zip(markers, recorded, strict=True):
         motion = angles_from_markers(person, seen)
         target = None if out is None else write_angles(out, path, motion.recording, kind)
-        movements.append(describe(path, motion, target))
+        table = None if out is None else out / f"{path.stem}_isb.csv"
+        entry = isb_entry(motion, side, table) if isb else None
+        movements.append(describe(path, motion, target, entry))
     choices = {"arm": arm, "side": side, "protocol": names.name, "cutoff_hz": cutoff or None}
     choices |= {"max_gap_s": max_gap, "ranges": ranges, "centres": person.options.centres}
     choices |= stated.choices()
@@ -151,7 +181,40 @@ def write_angles(folder: Path, source: Path, recording: "Recording", kind: str) 
     return write_parquet(path, [recording])
 
 
-def describe(path: Path, motion: "ArmMotion", target: Path | None) -> MovementAngles:
+def isb_entry(motion: "ArmMotion", side: str, path: Path | None) -> IsbEntry:
+    """Give the ranges of the ISB's angles and of their locks; write them over time if asked to."""
+    import numpy as np
+
+    from selfmotion.capture.isb import isb_angles
+    from selfmotion.writing import write_whole
+
+    found = isb_angles({k: f.path for k, f in motion.landmarks.items()}, motion.trunk, side=side)
+    table = found.to_frame()
+    table.insert(0, "time", motion.recording.time)
+    if path is not None:
+        write_whole(path, table.to_csv(index=False))
+    known = table.drop(columns="time").dropna()
+    values, names = known.to_numpy(), list(known.columns)
+    empty = not len(values)
+    low, high = (
+        [np.nan] * len(names) if empty else pick(values, axis=0) for pick in (np.min, np.max)
+    )
+    least, largest = (dict(zip(names, numbers(ends), strict=True)) for ends in (low, high))
+    locks = [least.pop("shoulder_lock_deg"), least.pop("elbow_lock_deg")]
+    near = (values[:, -2:] < NEAR_LOCK_DEG).any(axis=1)
+    return IsbEntry(
+        least_deg=least,
+        largest_deg={name: largest[name] for name in least},
+        shoulder_lock_deg=locks[0],
+        elbow_lock_deg=locks[1],
+        share_near_lock=None if empty else float(near.mean()),
+        written=None if path is None else str(path),
+    )
+
+
+def describe(
+    path: Path, motion: "ArmMotion", target: Path | None, isb: IsbEntry | None
+) -> MovementAngles:
     """Say how good the angles of one movement are."""
     import numpy as np
 
@@ -172,6 +235,7 @@ def describe(path: Path, motion: "ArmMotion", target: Path | None) -> MovementAn
         swivel_start_deg=float(swivel[0]) if swivel.size else None,
         swivel_end_deg=float(swivel[-1]) if swivel.size else None,
         written=None if target is None else str(target),
+        isb=isb,
         status=ik.status.sentence,
     )
 
@@ -194,6 +258,14 @@ def as_text(document: AnglesDocument) -> str:
         lines.append(f"{m.file}: {m.rms_marker_error_mm:.1f} mm (rms landmark error); {m.status}")
         for joint, share in m.share_at_limit.items():
             lines.append(f"  {joint} at its limit in {100 * share:.0f} % of the frames")
+        if m.isb and m.isb.share_near_lock is not None:
+            lines.append(
+                f"  ISB angles: {m.isb.shoulder_lock_deg:.0f} deg (shoulder) and "
+                f"{m.isb.elbow_lock_deg:.0f} deg (elbow) from gimbal lock at the nearest; nearer "
+                f"than {NEAR_LOCK_DEG:g} deg in {100 * m.isb.share_near_lock:.0f} % of the frames"
+            )
+        if m.isb and m.isb.written:
+            lines.append(f"  wrote {m.isb.written}")
         if m.written:
             lines.append(f"  wrote {m.written}")
     return "\n".join(lines)
