@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from selfmotion.cli.models import load_any_arm
-from selfmotion.cli.options import Json, Out
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, StudyFile
 from selfmotion.cli.output import (
     Contract,
     Document,
@@ -21,7 +21,7 @@ from selfmotion.cli.output import (
 )
 from selfmotion.cli.recordings import TaskName
 from selfmotion.cli.tables import QUATERNION, read_rows, with_unit_quaternions
-from selfmotion.errors import FileFormatError
+from selfmotion.errors import FileFormatError, RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
@@ -97,11 +97,11 @@ class Postures:
 
 def donders(
     postures: Annotated[
-        Path,
+        list[Path],
         typer.Argument(
-            metavar="POSTURES",
+            metavar="POSTURES|DIR...",
             help=".csv with columns of joint angles, qx to qw, rx to rz, or r11 to r33; .npz with "
-            "q, quaternions, rotation_vectors or matrices.",
+            "q, quaternions, rotation_vectors or matrices. With --study: folders of recordings.",
         ),
     ],
     arm: Annotated[str, typer.Option("--arm", metavar="NAME|FILE", help="The arm.")] = "wrist",
@@ -114,14 +114,54 @@ def donders(
             help="What is known beforehand: stiffness, rest, and their _sd.",
         ),
     ] = None,
+    study: StudyFile = None,
+    effort: Annotated[
+        bool,
+        typer.Option("--effort/--no-effort", help="With --study: least muscle effort beside it."),
+    ] = True,
+    jobs: Jobs = 1,
+    quiet: Quiet = False,
     json: Json = False,
     out: Out = None,
+    report: Report = None,
 ) -> int:
     """Fit the elasticity of a person's joints to postures."""
+    if study is not None:
+        from selfmotion.cli.donders_people import PeopleChoices, analyse_people
+
+        choices = PeopleChoices(study, effort, jobs, quiet, out, report, json)
+        return analyse_people(postures, choices)
+    return fit_file(one_file(postures, report), (arm, task, prior), json=json, out=out)
+
+
+def one_file(postures: list[Path], report: Path | None) -> Path:
+    """Give the one file that is meant without --study.
+
+    Raises:
+        RangeError: there are several, it is a folder, or a report was asked for.
+    """
+    if report is not None:
+        raise RangeError("--report: comes with --study only; a single fit is text or --json")
+    if len(postures) != 1:
+        raise RangeError(f"{len(postures)} files of postures: one at a time, or --study FILE.toml")
+    if postures[0].is_dir():
+        raise RangeError(f"{postures[0]}: a folder of recordings needs --study FILE.toml")
+    return postures[0]
+
+
+def fit_file(
+    postures: Path,
+    model_of: tuple[str, str | None, Path | None],
+    *,
+    json: bool,
+    out: Path | None,
+) -> int:
+    """Fit the law to the postures of one file; `model_of`: arm, task, prior."""
     from selfmotion.cli.prior import read_prior
     from selfmotion.methods.donders import fit_elasticity
     from selfmotion.redundancy.task import task_for
 
+    arm, task, prior = model_of
     model = load_any_arm(arm)
     goal = task_for(model, task)
     given = read_postures(postures, model.joints)
