@@ -11,9 +11,9 @@ import typer
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
 from selfmotion.cli.body import NO_BODY, BodyName, body_choice, body_of
 from selfmotion.cli.frames import MODEL, FrameName, ground_from_file
-from selfmotion.cli.models import load_muscles
 from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
+from selfmotion.cli.person_size import Lengths, Strength, load_person, segment_lengths_of
 from selfmotion.cli.poses import transforms
 from selfmotion.cli.tables import Name, Rows, read_rows, with_unit_quaternions
 from selfmotion.provenance import Provenance
@@ -118,6 +118,8 @@ class PostureChoices:
     hand_load: float
     robot: str | None
     body: str
+    lengths: tuple[tuple[str, float], ...]
+    strength: str
 
 
 def posture(
@@ -146,6 +148,8 @@ def posture(
         ),
     ] = None,
     body: BodyName = NO_BODY,
+    lengths: Lengths = None,
+    strength: Strength = "area",
     json: Json = False,
     out: Out = None,
     report: Report = None,
@@ -157,8 +161,9 @@ def posture(
     """Find the natural posture for hand poses, by least muscle effort."""
     batch = BatchChoices("posture", out, jobs, scheduler, resume, quiet)
     rows = with_unit_quaternions(read_rows(poses, COLUMNS[1:], bare=COLUMNS))
+    sizes, machine = segment_lengths_of(lengths), None if robot is None else str(robot)
     choices = PostureChoices(
-        model, convention, search, on_jump, hand_load, None if robot is None else str(robot), body
+        model, convention, search, on_jump, hand_load, machine, body, sizes, strength
     )
     finder = posture_finder(choices)
     robot_finder = None if robot is None else finder_of_robot(choices)
@@ -205,7 +210,7 @@ def posture_finder(choices: PostureChoices) -> "PostureFinder":
     from selfmotion.methods.natural_posture import PostureFinder, SearchOptions
     from selfmotion.muscles.static_optimization import EffortOptions
 
-    model = load_muscles(choices.model, choices.convention)
+    model = load_person(choices.model, choices.convention, choices.lengths, choices.strength)
     effort = replace(EffortOptions.of(model.convention), hand_load=choices.hand_load)
     search = SearchOptions(search=choices.search, on_jump=choices.on_jump)
     shapes = body_of(choices.body, model.arm)
