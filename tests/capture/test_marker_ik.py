@@ -1,19 +1,40 @@
 """Marker inverse kinematics: what a solution must satisfy, on several arms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.interpolate import PPoly, make_interp_spline
 from scipy.optimize import lsq_linear, minimize
 
-from selfmotion.arms import exoskeleton, srs7, upper_limb, upper_limb_anatomical
+from selfmotion.arms import exoskeleton, load_arm, srs7, upper_limb, upper_limb_anatomical
 from selfmotion.capture.marker_ik import MarkerIkOptions, MarkerModel, solve_marker_ik
 from selfmotion.capture.scaling import place_shoulder, scale_arm, segment_lengths
 from selfmotion.errors import NotFiniteError, RangeError, SelfmotionError
-from selfmotion.kinematics.chain import Tip
+from selfmotion.kinematics.arm import Arm
+from selfmotion.kinematics.chain import CoupledCurve, Coupling, Tip
 from selfmotion.kinematics.forward import geometric_jacobian
 from selfmotion.kinematics.mirror import mirror
 from selfmotion.spatial import transform
 
+
+def with_a_curve() -> Arm:
+    """Let the forearm's turn follow the elbow along a spline with bends, beyond its ends too."""
+    arm = srs7()
+    chain = arm.chain
+    x = np.linspace(-0.5, 2.0, 6)
+    curve = PPoly.from_spline(make_interp_spline(x, 0.4 * np.sin(2.0 * x), k=3))
+    matrix = np.delete(np.eye(7), 4, axis=1)
+    matrix[4] = 0.0
+    names = tuple(n for i, n in enumerate(chain.coupling.coordinates) if i != 4)
+    coupling = Coupling(names, matrix, np.zeros(7), (CoupledCurve(4, 3, curve),))
+    lower, upper = (np.delete(v, 4) for v in (chain.lower, chain.upper))
+    bent = replace(chain, coupling=coupling, lower=lower, upper=upper)
+    return replace(arm, name="srs7 with a curve", chain=bent)
+
+
 ARMS = [upper_limb(), upper_limb_anatomical(), srs7(), exoskeleton(), mirror(srs7())]
+ARMS += [with_a_curve(), load_arm("myoarm")]
 
 
 def with_markers(arm, rng, per_body: int = 3) -> MarkerModel:

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import JointSamples, as_float_array, require_shape
 from selfmotion.capture import marker_kernels as kernels
-from selfmotion.errors import ModelError, NotFiniteError, RangeError, ShapeError, Status
+from selfmotion.errors import NotFiniteError, RangeError, ShapeError, Status
 from selfmotion.kinematics.arm import Arm
-from selfmotion.kinematics.chain import GROUND, Tip
+from selfmotion.kinematics.chain import GROUND, Coupling, Tip
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.motion.checks import refuse_infinite
 
@@ -42,7 +42,7 @@ class MarkerModel:
     weights: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check the weights, and that the arm's joints follow its coordinates linearly."""
+        """Check the weights."""
         if not self.tips:
             raise ShapeError("marker model: 0 markers; at least one is needed")
         for name, weight in self.weights.items():
@@ -51,11 +51,6 @@ class MarkerModel:
                     f"weight of marker {name!r} = {weight:g}: allowed is 0 and above, for one of "
                     f"{', '.join(self.tips)}"
                 )
-        if self.arm.chain.coupling.curves:
-            raise ModelError(
-                f"arm {self.arm.name}: a joint follows a curve; marker inverse kinematics takes "
-                "linear couplings only"
-            )
         object.__setattr__(self, "tips", MappingProxyType(dict(self.tips)))
         object.__setattr__(self, "weights", MappingProxyType(dict(self.weights)))
 
@@ -207,7 +202,26 @@ def marker_arrays(model: MarkerModel) -> kernels.MarkerArrays:
         local,
         np.array([float(model.weights.get(name, 1.0)) for name in model.tips]),
         above,
+        *curve_arrays(coupling),
     )
+
+
+def curve_arrays(coupling: Coupling) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Give the curves that joints follow as arrays: curve (N), lead, breaks, coefficients."""
+    curves = coupling.curves
+    order = max((c.curve.c.shape[0] for c in curves), default=1)
+    longest = max((len(c.curve.x) for c in curves), default=2)
+    count = max(len(curves), 1)
+    which = np.full(len(coupling.matrix), -1, dtype=np.int64)
+    lead = np.zeros(count, dtype=np.int64)
+    breaks = np.full((count, longest), np.inf)
+    coefficients = np.zeros((count, order, longest - 1))
+    for i, c in enumerate(curves):
+        k, pieces = c.curve.c.shape
+        which[c.joint], lead[i] = i, c.coordinate
+        breaks[i, : len(c.curve.x)] = c.curve.x
+        coefficients[i, order - k :, :pieces] = c.curve.c
+    return which, lead, breaks, coefficients
 
 
 def _starts(arm: Arm, options: MarkerIkOptions) -> Float[np.ndarray, "starts coords"]:

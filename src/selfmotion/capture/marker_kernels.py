@@ -1,7 +1,8 @@
 """Compiled kernels of marker-based inverse kinematics: Levenberg-Marquardt inside joint limits.
 
-They work on `ZFrames` and linear couplings. All of them stand in this file, since numba's cache
-does not notice a change in a function that another file calls.
+They work on `ZFrames`; joints follow coordinates linearly or along piecewise polynomials. All of
+them stand in this file, since numba's cache does not notice a change in a function that another
+file calls.
 """
 
 from typing import NamedTuple
@@ -19,9 +20,9 @@ LARGEST_DAMPING = 1e12
 class MarkerArrays(NamedTuple):
     """An arm with markers, as plain arrays.
 
-    `lead` (N) names the coordinate that a joint is (or -1: then `matrix` row and offset count);
     `body` (M) and `local` (M,3) place markers in z-frames; `above` (N,N) marks the joints that
-    move a body: ``above[body, joint]``.
+    move a body: ``above[body, joint]``. `curve` (N) gives the curve that a joint follows, or -1:
+    `lead` (C) its coordinate, `breaks` (C,B) padded with infinity, `coefficients` (C,order,B-1).
     """
 
     parent: np.ndarray
@@ -36,6 +37,10 @@ class MarkerArrays(NamedTuple):
     local: np.ndarray
     weight: np.ndarray
     above: np.ndarray
+    curve: np.ndarray
+    lead: np.ndarray
+    breaks: np.ndarray
+    coefficients: np.ndarray
 
 
 class SolverNumbers(NamedTuple):
@@ -48,8 +53,23 @@ class SolverNumbers(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
+def follow_curve(arm, k, x):
+    """Give value and slope at x of the joint that follows curve k; its end pieces go on."""
+    breaks = arm.breaks[k]
+    piece = 0
+    while piece + 2 < breaks.shape[0] and x >= breaks[piece + 1] and breaks[piece + 2] < np.inf:
+        piece += 1
+    u = x - breaks[piece]
+    value, slope = 0.0, 0.0
+    for a in range(arm.coefficients.shape[1]):
+        slope = slope * u + value
+        value = value * u + arm.coefficients[k, a, piece]
+    return value, slope
+
+
+@njit(cache=True, error_model="numpy")
 def frames(arm, values, R, p):
-    """Fill R (N,3,3) and p (N,3): frames of all joints in the ground."""
+    """Fill R (N,3,3) and p (N,3): frames of all joints in the ground, for their values (N,2)."""
     for i in range(arm.parent.shape[0]):
         j = arm.parent[i]
         R0, t0 = arm.rotations[i], arm.translations[i]
@@ -63,25 +83,27 @@ def frames(arm, values, R, p):
                 for b in range(3):
                     R[i, a, b] = r0 * R0[0, b] + r1 * R0[1, b] + r2 * R0[2, b]
         if arm.joint_type[i] == REVOLUTE:
-            c, s = np.cos(values[i]), np.sin(values[i])
+            c, s = np.cos(values[i, 0]), np.sin(values[i, 0])
             for a in range(3):
                 x, y = R[i, a, 0], R[i, a, 1]
                 R[i, a, 0] = c * x + s * y
                 R[i, a, 1] = c * y - s * x
         else:
             for a in range(3):
-                p[i, a] += R[i, a, 2] * values[i]
+                p[i, a] += R[i, a, 2] * values[i, 0]
 
 
 @njit(cache=True, error_model="numpy")
 def place(arm, q, values, R, p, markers):
-    """Fill the markers' places (M,3) for a posture."""
+    """Fill the markers' places (M,3) for a posture, and values (N,2): the joints and slopes."""
     n_joints, n = arm.matrix.shape
     for i in range(n_joints):
-        value = arm.offset[i]
+        value, slope = arm.offset[i], 0.0
         for j in range(n):
             value += arm.matrix[i, j] * q[j]
-        values[i] = value
+        if arm.curve[i] >= 0:
+            value, slope = follow_curve(arm, arm.curve[i], q[arm.lead[arm.curve[i]]])
+        values[i, 0], values[i, 1] = value, slope
     frames(arm, values, R, p)
     for m in range(arm.body.shape[0]):
         b = arm.body[m]
@@ -109,7 +131,7 @@ def cost_of(arm, markers, target, seen, q, anchor, pull):
 
 
 @njit(cache=True, error_model="numpy")
-def normal_equations(arm, R, p, markers, target, seen, q, anchor, pull, A, g, column):
+def normal_equations(arm, values, R, p, markers, target, seen, q, anchor, pull, A, g, column):
     """Fill A = JᵀWJ + pull (n,n) and g = -Jᵀ W e (n), e the distances to the targets."""
     n_joints, n = arm.matrix.shape
     for i in range(n):
@@ -137,6 +159,8 @@ def normal_equations(arm, R, p, markers, target, seen, q, anchor, pull, A, g, co
                 z0, z1, z2 = z1 * d2 - z2 * d1, z2 * d0 - z0 * d2, z0 * d1 - z1 * d0
             for j in range(n):
                 f = arm.matrix[i, j]
+                if arm.curve[i] >= 0 and arm.lead[arm.curve[i]] == j:
+                    f = values[i, 1]
                 if f != 0.0:
                     column[0, j] += f * z0
                     column[1, j] += f * z1
@@ -219,7 +243,7 @@ def solve_frame(arm, target, seen, q, anchor, numbers, work):
     cost = cost_of(arm, markers, target, seen, q, anchor, pull)
     damping = FIRST_DAMPING
     for iteration in range(numbers.max_iterations):
-        normal_equations(arm, R, p, markers, target, seen, q, anchor, pull, A, g, column)
+        normal_equations(arm, values, R, p, markers, target, seen, q, anchor, pull, A, g, column)
         while True:
             bounded_step(A, g, damping, q, arm.lower, arm.upper, free, L, step)
             longest = 0.0
@@ -249,7 +273,7 @@ def make_work(arm):
     """Allocate the scratch memory of one frame."""
     n_joints, n = arm.matrix.shape
     return (
-        np.zeros(n_joints),
+        np.zeros((n_joints, 2)),
         np.zeros((n_joints, 3, 3)),
         np.zeros((n_joints, 3)),
         np.zeros((arm.body.shape[0], 3)),
