@@ -56,8 +56,8 @@ def test_a_person_has_lengths_ranges_and_impairments(tmp_path: Path, capsys: Cap
     assert found["subject"] == "P1"
     assert found["hull_volume_m3"]["free"] < 4 / 3 * np.pi * (0.3 + 0.25 + 0.08 + 0.18) ** 3
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"workspace.json", "workspace.csv", "slices.csv"}
-    assert "Workspace of P1" in (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert names == {"workspace.json", "workspace.csv", "slices.csv", "subject.toml"}
+    assert "Reach of P1" in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
 def test_recorded_positions_are_held_against_it(tmp_path: Path, capsys: Capture) -> None:

@@ -15,6 +15,15 @@ BodyName: TypeAlias = Annotated[
         "--body", help="Keep out of the body of an adult, sized by the arm's lengths; none: do not."
     ),
 ]
+# The same where a file may say it: left out, the file counts.
+BodyChoice: TypeAlias = Annotated[
+    Literal["none", "seated", "standing"] | None,
+    typer.Option(
+        "--body",
+        help="Keep the hand out of the body of an adult, sized by the arm's lengths; left out: "
+        "the subject's, or none.",
+    ),
+]
 
 
 def body_of(name: str, arm: "Arm") -> "BodyShapes | None":

@@ -1,133 +1,257 @@
-"""The option --subject of `selfmotion workspace`: a person's lengths and ranges, as TOML."""
+"""A person as TOML: side, lengths, ranges, impairments, recordings of ranges, body and regions.
 
+The types below are the format; `docs/subject.schema.json` is made of them (`subject_schema`).
+"""
+
+import inspect
+import math
 import tomllib
-from dataclasses import dataclass, field
+import typing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal, TypeAlias
 
-from selfmotion.errors import FileFormatError, SelfmotionError, unknown_name
+import msgspec
+from msgspec import Meta
 
-if TYPE_CHECKING:
-    from selfmotion.kinematics.arm import Arm
+from selfmotion.cli.output import Part
+from selfmotion.errors import FileFormatError, unknown_name
 
-FIELDS = ("name", "arm", "lengths_mm", "ranges", "impairments")
 SEGMENTS = ("clavicle", "upper_arm", "forearm", "palm")
 LONGEST_MM = 2000.0
 TURN_DEG = 360.0
+OPEN = math.inf
+Span: TypeAlias = tuple[float, float]
+Triple: TypeAlias = tuple[float, float, float]
+Length: TypeAlias = Annotated[float, Meta(gt=0.0, le=LONGEST_MM)]
 
 
-@dataclass(frozen=True)
-class Subject:
-    """A person.
+class LengthsMm(Part, frozen=True, kw_only=True):
+    """Lengths between the centres of rotation (mm); the palm from the wrist to its centre."""
 
-    Attributes:
-        name: for the report.
-        arm: name or file of the arm; none: as the command line says.
-        lengths: (clavicle, upper arm, forearm, palm) in m; none: as the arm has them.
-        ranges: joint to (low, high) of the free arm (rad).
-        impairments: joint to (low, high) of the limited arm (rad).
-    """
+    clavicle: Length
+    upper_arm: Length
+    forearm: Length
+    palm: Length
+
+
+class RangeRecordings(Part, frozen=True, kw_only=True):
+    """Files in which one joint is moved as far as it goes, by joint; beside the TOML file."""
+
+    ranges: dict[str, list[str]] = {}
+    impairments: dict[str, list[str]] = {}
+
+
+class CapsuleCm(Part, frozen=True, tag="capsule", tag_field="kind", kw_only=True):
+    """All within a radius of a segment; places are outwards, forward, up of the mid-shoulder."""
+
+    start_cm: Triple
+    end_cm: Triple
+    radius_cm: float
+
+
+class EllipsoidCm(Part, frozen=True, tag="ellipsoid", tag_field="kind", kw_only=True):
+    """An ellipsoid with its axes along the body's; half axes outwards, forward, up."""
+
+    centre_cm: Triple
+    half_cm: Triple
+
+
+class BoxCm(Part, frozen=True, tag="box", tag_field="kind", kw_only=True):
+    """A box with its edges along the body's; half edges outwards, forward, up."""
+
+    centre_cm: Triple
+    half_cm: Triple
+
+
+ShapeCm: TypeAlias = CapsuleCm | EllipsoidCm | BoxCm
+KINDS = {"capsule": CapsuleCm, "ellipsoid": EllipsoidCm, "box": BoxCm}
+
+
+class BodyTable(Part, frozen=True, kw_only=True):
+    """The body that is no space for the hand; `shapes` adds to it or replaces, by name."""
+
+    posture: Literal["none", "seated", "standing"] = "seated"
+    stature_cm: Annotated[float, Meta(ge=50.0, le=250.0)] | None = None
+    without: list[str] = []
+    shapes: dict[str, ShapeCm] = {}
+
+
+class RegionTable(Part, frozen=True, kw_only=True):
+    """A place, from and to (cm) outwards, forward and up of the mid-shoulder; inf for open."""
+
+    title: str = ""
+    outwards_cm: Span = (-OPEN, OPEN)
+    forward_cm: Span = (-OPEN, OPEN)
+    up_cm: Span = (-OPEN, OPEN)
+    way: Literal["any", "over", "under"] = "any"
+
+
+class Subject(Part, frozen=True, kw_only=True):
+    """A person. Ranges are [low, high] in degrees, by joint: free, and with the impairments."""
 
     name: str = ""
+    side: Literal["right", "left"] = "right"
     arm: str | None = None
-    lengths: tuple[float, ...] | None = None
-    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
-    impairments: dict[str, tuple[float, float]] = field(default_factory=dict)
+    adult_ranges: bool = False
+    lengths_mm: LengthsMm | None = None
+    ranges: dict[str, Span] = {}
+    impairments: dict[str, Span] = {}
+    recordings: RangeRecordings = RangeRecordings()
+    body: BodyTable | None = None
+    regions: dict[str, RegionTable] = {}
+
+
+class _BadField(Exception):
+    """A field that is not allowed: where it stands, and what is wrong."""
 
 
 def read_subject(path: Path) -> Subject:
     """Read a person.
 
     Args:
-        path: TOML with, all optional, ``name``, ``arm``, a table ``lengths_mm`` (clavicle,
-            upper_arm, forearm, palm), and tables ``ranges`` and ``impairments`` of
-            ``joint = [low, high]`` in degrees.
+        path: TOML; every key is optional. ``docs/formats.md`` shows one.
 
     Raises:
-        FileFormatError: the file is no TOML, or a field is unknown or not allowed.
+        FileFormatError: the file is no TOML, or a field is unknown or not allowed; one line that
+            names the file and, as far as it can be told, the line.
     """
     try:
-        fields = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        fields = tomllib.loads(text)
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be opened ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise FileFormatError(f"{path}: no TOML: {error}") from None
     try:
-        for name in fields:
-            if name not in FIELDS:
-                raise unknown_name("field", name, FIELDS)
-        return Subject(
-            _text(fields, "name") or "",
-            _text(fields, "arm"),
-            _lengths(fields.get("lengths_mm")),
-            _ranges("ranges", fields.get("ranges", {})),
-            _ranges("impairments", fields.get("impairments", {})),
-        )
-    except SelfmotionError as error:
-        raise FileFormatError(f"{path}: {error}") from None
+        subject = _converted("", fields, Subject)
+        _check_ranges("ranges", subject.ranges)
+        _check_ranges("impairments", subject.impairments)
+    except _BadField as bad:
+        where, reason = bad.args
+        line = line_of(text, where)
+        place = str(path) if line is None else f"{path}, line {line}"
+        raise FileFormatError(f"{place}: {reason}") from None
+    return subject
 
 
-def arms_of(subject: Subject, name: str) -> "tuple[Arm, Arm]":
-    """Build the free arm of a person, and the one with the impairments.
+def subject_schema() -> bytes:
+    """Give the JSON Schema of the format."""
+    tree = msgspec.json.schema(Subject)
+    for definition in tree["$defs"].values():
+        definition["description"] = inspect.cleandoc(definition.get("description", ""))
+        for entry in definition["properties"].values():
+            if isinstance(entry.get("default"), list) and any(
+                isinstance(v, float) and math.isinf(v) for v in entry["default"]
+            ):
+                del entry["default"]  # JSON has no word for an open side
+    tree = {"$schema": "https://json-schema.org/draft/2020-12/schema", **tree}
+    return msgspec.json.format(msgspec.json.encode(tree)) + b"\n"
 
-    Raises:
-        SelfmotionError: an arm, joint or length is not allowed.
+
+def line_of(text: str, where: str) -> int | None:
+    r"""Give the line in which a field of a TOML text is set, None where it cannot be told.
+
+    Example:
+        >>> line_of("name = 'a'\n[ranges]\nelbow = [1, 0]\n", "ranges.elbow")
+        3
     """
-    from selfmotion.cli.models import load_any_arm
-
-    name = subject.arm or name
-    if subject.lengths is None:
-        arm = load_any_arm(name)
-    else:
-        from selfmotion.arms import upper_limb, upper_limb_anatomical
-
-        builders = {"upper_limb": upper_limb, "upper_limb_anatomical": upper_limb_anatomical}
-        if name not in builders:
-            raise unknown_name("arm with lengths_mm", name, tuple(builders))
-        arm = builders[name](subject.lengths)
-    free = arm.with_limits(subject.ranges)
-    return free, free.with_limits(subject.impairments)
-
-
-def _text(fields: dict[str, Any], name: str) -> str | None:
-    value = fields.get(name)
-    if value is not None and not isinstance(value, str):
-        raise FileFormatError(f"{name} = {value!r}: a text is expected")
-    return value
+    table = ""
+    nearest = None
+    for number, raw in enumerate(text.splitlines(), start=1):
+        line = raw.strip()
+        if line.startswith("["):
+            table = line.strip("[] \t").split("]")[0]
+            found = table
+        else:
+            key = line.partition("=")[0].strip().strip("\"'")
+            if not key or key.startswith("#"):
+                continue
+            found = f"{table}.{key}" if table else key
+        if found == where:
+            return number
+        if where.startswith(f"{found}."):
+            nearest = number
+    return nearest
 
 
-def _lengths(table: object) -> tuple[float, ...] | None:
-    if table is None:
-        return None
-    if not isinstance(table, dict) or set(table) != set(SEGMENTS):
-        raise FileFormatError(f"lengths_mm: a table with {', '.join(SEGMENTS)} is expected")
-    for name in SEGMENTS:
-        value = _number(f"lengths_mm.{name}", table[name])
-        if not 0.0 < value <= LONGEST_MM:
-            raise FileFormatError(
-                f"lengths_mm.{name} = {value:g}: allowed is above 0 to {LONGEST_MM:g} mm"
-            )
-    return tuple(1e-3 * float(table[name]) for name in SEGMENTS)
+def _converted(where: str, value: object, kind: Any) -> Any:
+    """Turn what TOML holds into one of the types above; every error names its field."""
+    origin = typing.get_origin(kind)
+    if origin is dict:
+        if not isinstance(value, dict):
+            raise _BadField(where, f"{where}: a table is expected")
+        inner = typing.get_args(kind)[1]
+        return {key: _converted(f"{where}.{key}", v, inner) for key, v in value.items()}
+    if kind == ShapeCm:
+        kind = _shape_kind(where, value)
+        value = {key: v for key, v in typing.cast(dict, value).items() if key != "kind"}
+    if kind == Span and where.split(".")[0] in ("ranges", "impairments"):
+        return _span(where, value)
+    structs = [k for k in (kind, *typing.get_args(kind)) if _is_struct(k)]
+    if structs:
+        return _converted_struct(where, value, structs[0])
+    try:
+        return msgspec.convert(value, kind, strict=True)
+    except msgspec.ValidationError as error:
+        reason = str(error).partition(" - at ")[0].replace("`", "")
+        raise _BadField(where, f"{where} = {value!r}: {reason}") from None
 
 
-def _ranges(field_name: str, table: object) -> dict[str, tuple[float, float]]:
-    from math import radians
+def _converted_struct(where: str, value: object, kind: type[Part]) -> Part:
+    names = kind.__struct_fields__
+    if not isinstance(value, dict) or (kind is LengthsMm and set(value) < set(SEGMENTS)):
+        raise _BadField(where, f"{where}: a table with {', '.join(names)} is expected")
+    hints = typing.get_type_hints(kind, include_extras=True)
+    for key in value:
+        if key not in names:
+            what = f"field {key!r} of {where}" if where else f"field {key!r}"
+            reason = str(unknown_name("field", key, names)).replace(f"field {key!r}", what, 1)
+            raise _BadField(f"{where}.{key}".strip("."), reason)
+    if kind is LengthsMm:
+        for key, length in value.items():
+            _check_length(f"{where}.{key}", length)
+    made = {k: _converted(f"{where}.{k}".strip("."), v, hints[k]) for k, v in value.items()}
+    try:
+        return kind(**made)
+    except TypeError as error:
+        raise _BadField(where, f"{where}: {error}") from None
 
-    if not isinstance(table, dict):
-        raise FileFormatError(f"{field_name}: a table of joint = [low, high] is expected")
-    out = {}
-    for joint, span in table.items():
-        where = f"{field_name}.{joint}"
-        if not isinstance(span, list) or len(span) != 2:
-            raise FileFormatError(f"{where} = {span!r}: [low, high] in degrees is expected")
-        low, high = (_number(where, value) for value in span)
+
+def _shape_kind(where: str, value: object) -> type[Part]:
+    kind = value.get("kind") if isinstance(value, dict) else None
+    if not isinstance(kind, str) or kind not in KINDS:
+        reason = str(unknown_name("kind", str(kind), tuple(KINDS)))
+        raise _BadField(where, f"{where}: {reason}")
+    return KINDS[kind]
+
+
+def _is_struct(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Part)
+
+
+def _check_length(where: str, value: object) -> None:
+    number = _number(where, value)
+    if not 0.0 < number <= LONGEST_MM:
+        raise _BadField(where, f"{where} = {number:g}: allowed is above 0 to {LONGEST_MM:g} mm")
+
+
+def _span(where: str, value: object) -> Span:
+    if not isinstance(value, list) or len(value) != 2:
+        raise _BadField(where, f"{where} = {value!r}: [low, high] in degrees is expected")
+    return _number(where, value[0]), _number(where, value[1])
+
+
+def _check_ranges(name: str, table: dict[str, Span]) -> None:
+    for joint, (low, high) in table.items():
+        where = f"{name}.{joint}"
         if not -TURN_DEG <= low <= high <= TURN_DEG:
-            raise FileFormatError(
-                f"{where} = [{low:g}, {high:g}]: allowed is low up to high, from -360 to 360 deg"
+            raise _BadField(
+                where,
+                f"{where} = [{low:g}, {high:g}]: allowed is low up to high, from -360 to 360 deg",
             )
-        out[joint] = (radians(low), radians(high))
-    return out
 
 
 def _number(where: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FileFormatError(f"{where} = {value!r}: a number is expected")
+        raise _BadField(where, f"{where} = {value!r}: a number is expected")
     return float(value)

@@ -6,20 +6,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from selfmotion.cli.body import NO_BODY, BodyName, body_choice, body_of
+from selfmotion.cli.body import BodyChoice, body_choice
 from selfmotion.cli.ik import threads_for
-from selfmotion.cli.models import Limits, with_typed_limits
+from selfmotion.cli.models import Limits
 from selfmotion.cli.options import Jobs, Json, Out, Report, Seed
 from selfmotion.cli.output import Contract, finish, save
-from selfmotion.cli.subject import Subject, arms_of, read_subject
+from selfmotion.cli.subject import Subject, read_subject
+from selfmotion.cli.subject_arms import PersonArms, RangeFiles, SideName, Typed, person_arms
+from selfmotion.cli.subject_toml import subject_toml
+from selfmotion.cli.workspace_details import details_of
 from selfmotion.cli.workspace_document import WorkspaceDocument, as_text, document_of
 from selfmotion.cli.workspace_recording import recorded_of
-from selfmotion.errors import FileFormatError, RangeError
+from selfmotion.errors import RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
-    from selfmotion.kinematics.arm import Arm
     from selfmotion.methods.workspace import Workspace
 
 # Heights of slices (m above the model's origin) where none are named.
@@ -39,9 +41,11 @@ def workspace(
     arm: Annotated[str, typer.Option("--arm", metavar="NAME|FILE", help="The arm.")] = "upper_limb",
     subject: Annotated[
         Path | None,
-        typer.Option("--subject", metavar="FILE.toml", help="Lengths, ranges, impairments."),
+        typer.Option("--subject", metavar="FILE.toml", help="Lengths, ranges, impairments, body."),
     ] = None,
+    side: SideName = None,
     limit: Limits = None,
+    ranges: RangeFiles = None,
     compare: Annotated[
         bool, typer.Option("--compare", help="Also the free arm, and what the limits take away.")
     ] = False,
@@ -59,7 +63,11 @@ def workspace(
     shifts: Annotated[
         int, typer.Option("--shifts", help="Independent shifts that give the standard error.")
     ] = 8,
-    body: BodyName = NO_BODY,
+    body: BodyChoice = None,
+    details: Annotated[
+        bool,
+        typer.Option("--details", help="Also named regions and what bounds; on with --report."),
+    ] = False,
     json: Json = False,
     out: Out = None,
     report: Report = None,
@@ -72,56 +80,55 @@ def workspace(
     from selfmotion.methods.workspace import WorkspaceOptions
     from selfmotion.methods.workspace import workspace as find_workspace
 
-    person = Subject() if subject is None else read_subject(subject)
-    free, limited = person_arms(person, subject, arm, limit)
-    if compare and limited is None:
-        raise RangeError("--compare: name the limits with --limit, or impairments in --subject")
+    typed = Typed(arm, side, tuple(limit or ()), tuple(ranges or ()), body)
+    person = person_arms(Subject() if subject is None else read_subject(subject), subject, typed)
+    if compare and person.limited is None:
+        raise RangeError(
+            "--compare: name the limits with --limit or --ranges, or impairments in --subject"
+        )
     options = WorkspaceOptions(n_points=points, shifts=shifts, threads=threads_for(jobs))
-    heights = list(HEIGHTS) if slices is None else slices
     # Without --compare the limited arm alone is looked at, under its own name.
-    alone = None if compare else limited
-    shapes = body_of(body, free)
+    alone = None if compare else person.limited
     space = find_workspace(
-        alone or free,
-        limited=limited if compare else None,
-        heights=heights,
-        blocked=None if shapes is None else shapes.inside,
+        alone or person.free,
+        limited=person.limited if compare else None,
+        heights=list(HEIGHTS) if slices is None else slices,
+        blocked=None if person.body is None else person.body.inside,
         options=options,
         rng=np.random.default_rng(seed),
     )
     name = "free" if alone is None else "limited"
-    document = document_of(space, name, (free, limited), person)
-    document = replace_provenance(document, space, (seed, body), subject)
+    found = None
+    if details or report is not None:
+        from selfmotion.methods.reaching.details import workspace_details
+
+        chosen = (person.regions, person.body, person.stature)
+        found = workspace_details(space, *chosen, rng=np.random.default_rng(seed))
+    told = None if found is None else details_of(found, name)
+    document = document_of(space, name, person, told)
+    document = replace_provenance(document, space, (seed, person.posture), subject)
     if recording is not None:
         import msgspec
 
         recorded = recorded_of(space, name, recording)
         document = msgspec.structs.replace(document, recording=recorded)
-    written = [] if out is None else [save(document, out, "workspace"), *save_tables(space, out)]
-    if report is not None:
+    written = [] if out is None else save_all(document, space, person, out)
+    if report is not None and found is not None:
         from selfmotion.report.workspace_page import write_workspace_report
+        from selfmotion.report.workspace_tables import PagePerson
 
-        written.append(write_workspace_report(report, space, person.name))
+        shown = PagePerson(
+            person.name,
+            person.side,
+            person.posture,
+            person.measured,
+            person.body,
+            alone is not None,
+            person.stature,
+        )
+        written.append(write_workspace_report(report, space, shown, found))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
     return finish(document, text, json=json)
-
-
-def person_arms(
-    person: Subject, path: Path | None, name: str, limit: list[str] | None
-) -> "tuple[Arm, Arm | None]":
-    """Give the free arm and, if there are any limits, the limited one.
-
-    Raises:
-        SelfmotionError: an arm, joint or limit is not allowed; names the file it stands in.
-    """
-    try:
-        free, limited = arms_of(person, name)
-    except (RangeError, ValueError) as error:
-        if path is None:
-            raise
-        raise FileFormatError(f"{path}: {error}") from None
-    limited = with_typed_limits(limited, limit)
-    return free, limited if limit or person.impairments else None
 
 
 def replace_provenance(
@@ -146,7 +153,13 @@ def replace_provenance(
     return msgspec.structs.replace(document, provenance=provenance)
 
 
-def save_tables(space: "Workspace", folder: Path) -> list[Path]:
-    """Write workspace.csv (volumes) and slices.csv."""
+def save_all(
+    document: WorkspaceDocument, space: "Workspace", person: PersonArms, folder: Path
+) -> list[Path]:
+    """Write workspace.json, workspace.csv (volumes), slices.csv and subject.toml."""
     tables = {"workspace.csv": space.to_frame(), "slices.csv": space.slices_frame()}
-    return [write_whole(folder / name, t.to_csv(index=False)) for name, t in tables.items()]
+    return [
+        save(document, folder, "workspace"),
+        *(write_whole(folder / name, t.to_csv(index=False)) for name, t in tables.items()),
+        write_whole(folder / "subject.toml", subject_toml(person)),
+    ]

@@ -3,11 +3,15 @@
 from typing import TYPE_CHECKING
 
 from selfmotion.cli.output import Document, Number, Part, numbers
-from selfmotion.cli.subject import Subject
+from selfmotion.cli.subject_arms import PersonArms
 
 if TYPE_CHECKING:
     from selfmotion.kinematics.arm import Arm
     from selfmotion.methods.workspace import Workspace
+
+
+# Limits of the boundary that the text tells; the document holds all of them.
+MOST_TOLD = 4
 
 
 class Regions(Part, frozen=True, kw_only=True):
@@ -37,27 +41,96 @@ class Recorded(Part, frozen=True, kw_only=True):
     farthest_mm: Regions
 
 
+class MeasuredRange(Part, frozen=True, kw_only=True):
+    """The range (rad) of a joint as recorded, and the scatter (rad) of its repeats at an end.
+
+    `limits` says whose range it became: that of the free or of the limited arm.
+    """
+
+    joint: str
+    limits: str
+    low: float
+    high: float
+    repeats: int
+    scatter: Number
+    sources: list[str]
+
+
+class NamedVolume(Part, frozen=True, kw_only=True):
+    """What is reached of a named region; `space_m3` is the region without the body."""
+
+    name: str
+    title: str
+    space_m3: float
+    volume_m3: Regions
+    stderr_m3: Regions
+
+
+class BoundedBy(Part, frozen=True, kw_only=True):
+    """A limit and the share of the boundary where it is the one that counts most.
+
+    `limit` is lower or upper, or empty for the length of the arm and the own body. By a degree
+    that the limit gave way the boundary would move `mm_per_degree` there (median).
+    """
+
+    bounded_by: str
+    limit: str
+    at_deg: Number
+    share_percent: Number
+    standard_error_percent: Number
+    takes_part_percent: Number
+    mm_per_degree: Number
+
+
+class Regained(Part, frozen=True, kw_only=True):
+    """The part of the lost region that comes back if this joint alone had its free range."""
+
+    joint: str
+    percent: Number
+    standard_error_percent: Number
+    volume_m3: Number
+
+
+class Details(Part, frozen=True, kw_only=True):
+    """What --details adds.
+
+    `enters_body_percent`: the part of the volume for which no posture was found that keeps upper
+    arm and forearm out of thorax and head; null without a body.
+    """
+
+    regions: list[NamedVolume]
+    boundary: dict[str, list[BoundedBy]]
+    regained: list[Regained]
+    enters_body_percent: Regions
+
+
 class WorkspaceDocument(Document, frozen=True, tag="selfmotion/workspace/1", kw_only=True):
-    """Volumes (m³) with standard errors; null what was not asked for. Limits in radians."""
+    """Volumes (m³) with standard errors; null what was not asked for. Limits in radians.
+
+    The hull does not respect the body: it also counts what the body, and hollows, take.
+    """
 
     arm: str
+    side: str
     subject: str
     joints: list[str]
     free_limits: list[list[Number]]
     limited_limits: list[list[Number]] | None
+    measured_ranges: list[MeasuredRange]
     volume_m3: Regions
     stderr_m3: Regions
     hull_volume_m3: Regions
     slices: list[SliceAreas]
     recording: Recorded | None
+    details: Details | None
     status: str
 
 
 def document_of(
-    space: "Workspace", name: str, arms: "tuple[Arm, Arm | None]", person: Subject
+    space: "Workspace", name: str, person: PersonArms, details: Details | None = None
 ) -> WorkspaceDocument:
     """Give the document; `name` is what the workspace calls free."""
-    free, limited = arms
+    free, limited = person.free, person.limited
     names = {"free": name, "limited": "limited", "lost": "lost"}
     regions = space.regions
     hull = {names[key]: space.hull_volume(key) for key in regions if key != "lost"}
@@ -76,15 +149,29 @@ def document_of(
     return WorkspaceDocument(
         provenance=space.provenance,
         arm=free.name,
+        side=person.side,
         subject=person.name,
         joints=list(free.joints),
         free_limits=ranges_of(free),
         limited_limits=None if limited is None else ranges_of(limited),
+        measured_ranges=[
+            MeasuredRange(
+                joint=r.joint,
+                limits=kind,
+                low=r.low,
+                high=r.high,
+                repeats=r.repeats,
+                scatter=numbers([r.scatter])[0],
+                sources=list(r.sources),
+            )
+            for kind, r in person.measured
+        ],
         volume_m3=Regions(**volume),
         stderr_m3=Regions(**error),
         hull_volume_m3=Regions(**hull),
         slices=slices,
         recording=None,
+        details=details,
         status=space.summary() if name == "free" else "the limited arm alone",
     )
 
@@ -113,6 +200,8 @@ def as_text(document: WorkspaceDocument) -> str:
             if (value := getattr(part.area_m2, key)) is not None
         )
         lines.append(f"slice z = {1e3 * part.z:+.0f} mm: {areas} cm²")
+    if document.details is not None:
+        lines += details_text(document.details)
     if document.recording is not None:
         r = document.recording
         inside = (
@@ -120,3 +209,21 @@ def as_text(document: WorkspaceDocument) -> str:
         )
         lines.append(f"{inside:.1f} % of {r.points} recorded positions are inside")
     return "\n".join([*lines, document.status])
+
+
+def details_text(details: Details) -> list[str]:
+    """Write regions, boundary and what each joint would give back, one line each."""
+    lines = []
+    for r in details.regions:
+        kept = r.volume_m3.free if r.volume_m3.limited is None else r.volume_m3.limited
+        of = r.volume_m3.free if r.volume_m3.limited is not None else r.space_m3
+        what = "of what the free arm reaches" if r.volume_m3.limited is not None else "of it"
+        share = f"{100.0 * (kept or 0.0) / of:.0f} % {what}" if of else "nothing to reach"
+        lines.append(f"{r.title}: {share}")
+    for name, rows in details.boundary.items():
+        for row in rows[:MOST_TOLD]:
+            limit = "" if not row.limit else f", {row.limit} limit {row.at_deg:.1f}°"
+            lines.append(f"{name} boundary: {row.share_percent:.0f} % by {row.bounded_by}{limit}")
+    for r in details.regained:
+        lines.append(f"{r.joint} alone would give back {r.percent or 0.0:.0f} % of what is lost")
+    return lines
