@@ -127,3 +127,114 @@ def test_a_pose_needs_unit_quaternions(tmp_path: Path, capsys: Capture) -> None:
 )
 def test_bad_options_are_one_line(capsys: Capture, options: tuple[str, ...], reason: str) -> None:
     assert reason in refused(capsys, "ik", TARGETS, *options)
+
+
+def path_file(folder: Path, n: int = 30) -> Path:
+    """A straight line of the hand in one second."""
+    t = np.linspace(0.0, 1.0, n)
+    line = np.outer(1 - t, [0.1, 0.4, -0.2]) + np.outer(t, [0.3, 0.4, 0.0])
+    rows = "\n".join(",".join(f"{v:.6f}" for v in (a, *p)) for a, p in zip(t, line, strict=True))
+    return written(folder / "path.csv", "time,x,y,z\n" + rows + "\n")
+
+
+def test_a_path_is_followed_and_costs_hold_a_joint(tmp_path: Path, capsys: Capture) -> None:
+    file = path_file(tmp_path)
+    free = answered(capsys, "ik", file, "--follow")
+    stiff = answered(capsys, "ik", file, "--follow", "--cost", "velocity:elbow_flexion=1e4")
+    assert free["path"]["ok"] and free["path"]["status"] == "followed without a jump"
+    arm = load_arm("upper_limb")
+    for found in (free, stiff):
+        q = np.array([t["q"] for t in found["targets"]])
+        T = forward_kinematics(arm.chain, q, arm.tip("hand"))
+        wanted = np.loadtxt(file, delimiter=",", skiprows=1)
+        np.testing.assert_allclose(T[:, :3, 3], wanted[:, 1:], atol=1e-5)
+        np.testing.assert_allclose([t["time"] for t in found["targets"]], wanted[:, 0])
+        found["span"] = np.ptp(q[:, 5])
+    assert stiff["span"] < 0.2 * free["span"]
+    assert stiff["path"]["velocity"] == [1.0] * 5 + [1e4] + [1.0] * 3
+    assert stiff["path"]["rest"] == [None] * 9
+
+
+def test_a_rest_posture_draws_a_joint(tmp_path: Path, capsys: Capture) -> None:
+    words = ("ik", path_file(tmp_path), "--follow", "--cost", "displacement=1", "--cost")
+    words = (*words, "velocity=1e-6")
+    ends = []
+    for angle in (-20, 20):
+        found = answered(capsys, *words, "--rest", f"wrist_flexion={angle}")
+        assert found["path"]["rest"][7] == pytest.approx(np.radians(angle))
+        ends.append(found["targets"][-1]["q"][7])
+    assert ends[0] < ends[1] - 0.2
+
+
+def test_a_path_out_of_reach_fails(tmp_path: Path, capsys: Capture) -> None:
+    file = written(tmp_path / "p.csv", "time,x,y,z\n0,0.2,0.4,0\n1,0.2,1.4,0\n")
+    found = answered(capsys, "ik", file, "--follow", code=1)
+    assert [t["failed"] for t in found["targets"]] == [False, True]
+    assert not found["path"]["ok"] and "not reached" in found["path"]["status"]
+
+
+def test_the_published_scheme_stays_away_from_the_limits(capsys: Capture) -> None:
+    """Its tangent mapping never comes to a limit; the default does, and may."""
+    found = answered(capsys, "ik", TARGETS, *SPLINT, "--method", "paper", code=1)
+    assert 0 < sum(t["failed"] for t in found["targets"]) < 4  # it stalls at one or another
+    q = np.array([t["q"] for t in found["targets"]])
+    assert (q > np.array(found["lower"])).all() and (q < np.array(found["upper"])).all()
+    assert found["provenance"]["choices"]["method"] == "paper"
+    assert all(t["restarts"] == 0 for t in found["targets"])
+
+
+def test_restarts_are_counted(tmp_path: Path, capsys: Capture) -> None:
+    file = written(tmp_path / "t.csv", "x,y,z\n3,0,0\n")
+    for n in (0, 3):
+        found = answered(capsys, "ik", file, "--restarts", n, code=1)
+        assert found["targets"][0]["restarts"] == n
+
+
+def test_reports_are_written(tmp_path: Path, capsys: Capture) -> None:
+    page = tmp_path / "r.html"
+    answered(capsys, "ik", TARGETS, *SPLINT, "--report", page)
+    text = page.read_text(encoding="utf-8")
+    assert "4 of 4 targets are reached" in text and "elbow flexion" in text
+    answered(capsys, "ik", path_file(tmp_path), "--follow", "--report", page)
+    assert "followed without a jump" in page.read_text(encoding="utf-8")
+    far = written(tmp_path / "t.csv", "x,y,z\n3,0,0\nnan,0,0\n")
+    answered(capsys, "ik", far, "--report", page, code=1)
+    assert "2 targets are not reached" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("x,y,z\n0.1,0.4,0\n", "no column time"),
+        ("time,x,y,z\n0,0.1,0.4,0\n0,0.1,0.4,0\n", "row 3, column time: '0' must be above"),
+        ("time,x,y,z\n0,0.1,0.4,0\n,0.1,0.4,0\n", "row 3, column time: '' must be above"),
+        ("time,x,y,z\n0,0.1,0.4,0\n1,,0.4,0\n", "row 3, column x: '' is no finite number; a path"),
+    ],
+)
+def test_bad_paths_are_one_line(tmp_path: Path, capsys: Capture, text: str, reason: str) -> None:
+    file = written(tmp_path / "p.csv", text)
+    assert reason in refused(capsys, "ik", file, "--follow")
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--restarts", "-1"), "--restarts -1: allowed is 0 to 40"),
+        (("--restarts", "5", "--method", "paper"), "--method paper starts once"),
+        (("--cost", "velocity=1"), "add --follow"),
+        (("--rest", "elbow_flexion=1"), "add --follow"),
+        (("--follow", "--method", "paper"), "--follow takes each posture from the one before"),
+        (("--follow", "--cost", "speed=1"), "unknown kind in --cost 'speed=1'"),
+        (("--follow", "--cost", "velocity=-1"), "--cost 'velocity=-1': write kind=weight"),
+        (("--follow", "--cost", "velocity=nan"), "--cost 'velocity=nan': write kind=weight"),
+        (("--follow", "--cost", "velocity"), "--cost 'velocity': write kind=weight"),
+        (("--follow", "--cost", "velocity=0"), "scapula_protraction costs nothing"),
+        (("--follow", "--cost", "velocity:elbow=1"), "unknown joint in --cost"),
+        (("--follow", "--rest", "elbow_flexion=500"), "--rest 'elbow_flexion=500': write"),
+        (("--follow", "--rest", "elbow=5"), "unknown joint in --rest"),
+    ],
+)
+def test_bad_path_options_are_one_line(
+    capsys: Capture, options: tuple[str, ...], reason: str
+) -> None:
+    assert reason in refused(capsys, "ik", TARGETS, *options)

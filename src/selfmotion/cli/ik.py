@@ -6,10 +6,30 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import msgspec
 import typer
 
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
 from selfmotion.cli.frames import MODEL, FrameName, ground_from_file
+from selfmotion.cli.ik_document import (
+    IkDocument,
+    as_text,
+    n_failed,
+    records,
+    save_table,
+    write_report_of,
+)
+from selfmotion.cli.ik_path import (
+    CostTexts,
+    Follow,
+    PathChoices,
+    RestTexts,
+    follow_part,
+    path_choices,
+    path_item,
+    path_part,
+    path_times,
+)
 from selfmotion.cli.models import (
     Limits,
     WeightsText,
@@ -17,18 +37,18 @@ from selfmotion.cli.models import (
     typed_weights,
     with_typed_limits,
 )
-from selfmotion.cli.options import Jobs, Json, Out, Quiet, Resume, Scheduler
-from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
+from selfmotion.cli.output import Contract, finish, numbers, save
 from selfmotion.cli.poses import POSITION, transforms
-from selfmotion.cli.tables import QUATERNION, Name, Rows, read_rows, with_unit_quaternions
+from selfmotion.cli.tables import QUATERNION, Rows, read_rows, with_unit_quaternions
 from selfmotion.errors import RangeError, unknown_name
 from selfmotion.provenance import Provenance
-from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from selfmotion.batch import Item, Outcome
+    from selfmotion.batch import Item
+    from selfmotion.kinematics.arm import Arm
     from selfmotion.methods.reaching.ik_seeds import SeedTable
     from selfmotion.methods.reaching.ik_tasks import HandRows
 
@@ -36,33 +56,8 @@ TASKS = ("position", "pose", "rows=x,y,z,rot_y")
 TURNS = ("rot_x", "rot_y", "rot_z")
 # Targets in one item of a batch.
 PART = 2000
-
-
-class TargetItem(Part, frozen=True, kw_only=True):
-    """The posture for one target: q in joint order (rad), as near as it comes if not solved.
-
-    Null where the row holds no target. An error is 0 where nothing of its kind is held.
-    """
-
-    id: Name
-    q: list[Number] | None
-    error_mm: Number
-    error_deg: Number
-    iterations: int | None
-    restarts: int | None
-    status: str
-    failed: bool
-
-
-class IkDocument(Document, frozen=True, tag="selfmotion/ik/1", kw_only=True):
-    """Postures for targets; limits in radians."""
-
-    arm: str
-    joints: list[str]
-    lower: list[Number]
-    upper: list[Number]
-    rows: list[str]
-    targets: list[TargetItem]
+# Restarts unless told otherwise; there are no more postures to start from than those.
+RESTARTS, MOST_RESTARTS = 20, 40
 
 
 CONTRACT = Contract(
@@ -78,8 +73,10 @@ class IkChoices:
     rows: tuple[str, ...]
     limits: tuple[str, ...]
     weights: tuple[float, ...] | None
-    scheme: Literal["box", "published"]
+    method: Literal["default", "paper"]
+    restarts: int | None
     threads: int
+    path: PathChoices | None
 
 
 def ik(
@@ -96,13 +93,21 @@ def ik(
     ] = "position",
     limit: Limits = None,
     weights: WeightsText = None,
-    scheme: Annotated[
-        Literal["box", "published"],
-        typer.Option("--scheme", help="box: always inside the limits. published: eqs 10 to 16."),
-    ] = "box",
+    method: Annotated[
+        Literal["default", "paper"],
+        typer.Option("--method", help="default: always inside the limits. paper: eqs 10 to 16."),
+    ] = "default",
+    restarts: Annotated[
+        int | None,
+        typer.Option("--restarts", metavar="N", help="Starts after the first; 20 unless given."),
+    ] = None,
+    follow: Follow = False,
+    cost: CostTexts = None,
+    rest: RestTexts = None,
     frame: FrameName = MODEL,
     json: Json = False,
     out: Out = None,
+    report: Report = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
     resume: Resume = False,
@@ -111,31 +116,69 @@ def ik(
     """Find postures inside the joint limits that bring the hand to targets."""
     model = with_typed_limits(load_any_arm(arm), limit)
     W = typed_weights(weights, model)
+    refuse_at_odds(follow=follow, method=method, restarts=restarts, only_path=bool(cost or rest))
+    W = None if W is None else tuple(W.tolist())
     choices = IkChoices(
         arm,
         held_rows(task),
         tuple(limit or ()),
-        None if W is None else tuple(W.tolist()),
-        scheme,
+        W,
+        method,
+        restarts,
         threads_for(jobs) if scheduler is None else 1,
+        path_choices(cost or (), rest or (), W, model) if follow else None,
     )
     batch = BatchChoices("ik", out, 1, scheduler, resume, quiet)
     rows = read_targets(targets, choices.rows)
     goals = goals_in_ground(rows, choices.rows, ground_from_file(frame, model))
-    hand = task_and_seeds(choices)[0]
-    outcomes = run_items(solve_part, ik_items(rows, goals, choices), batch)
-    document = IkDocument(
-        provenance=provenance_of(hand, choices, targets, frame),
-        arm=model.name,
-        joints=list(model.joints),
-        lower=numbers(model.lower),
-        upper=numbers(model.upper),
-        rows=list(hand.rows),
-        targets=records(rows, outcomes),
+    document = solve_file(rows, goals, choices, batch)
+    document = msgspec.structs.replace(
+        document, provenance=provenance_of(model, choices, targets, frame)
     )
     written = [] if out is None else [save(document, out, "ik"), save_table(document, out)]
+    if report is not None:
+        written.append(write_report_of(report, document))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
-    return finish(document, text, json=json, failed=sum(t.failed for t in document.targets))
+    return finish(document, text, json=json, failed=n_failed(document))
+
+
+def refuse_at_odds(*, follow: bool, method: str, restarts: int | None, only_path: bool) -> None:
+    """Refuse options that exclude each other.
+
+    Raises:
+        RangeError: two do, or a number is out of range.
+    """
+    if restarts is not None and not 0 <= restarts <= MOST_RESTARTS:
+        raise RangeError(f"--restarts {restarts}: allowed is 0 to {MOST_RESTARTS}")
+    if restarts and method == "paper":
+        raise RangeError("--restarts: --method paper starts once")
+    if only_path and not follow:
+        raise RangeError("--cost and --rest are for a path: add --follow")
+    if follow and (method == "paper" or restarts is not None):
+        raise RangeError("--follow takes each posture from the one before: no --method, --restarts")
+
+
+def solve_file(
+    rows: Rows, goals: "np.ndarray", choices: IkChoices, batch: BatchChoices
+) -> IkDocument:
+    """Solve all targets of a file, or follow them as a path."""
+    hand = task_and_seeds(choices)[0] if choices.path is None else task_of(choices)
+    if choices.path is None:
+        outcomes = run_items(solve_part, ik_items(rows, goals, choices), batch)
+    else:
+        item = path_item(hand, goals, path_times(rows), choices)
+        outcomes = run_items(follow_part, [item], batch)
+    followed = outcomes[0].result if choices.path is not None and outcomes else None
+    return IkDocument(
+        provenance=Provenance("solve_ik"),
+        arm=hand.arm.name,
+        joints=list(hand.arm.joints),
+        lower=numbers(hand.arm.lower),
+        upper=numbers(hand.arm.upper),
+        rows=list(hand.rows),
+        path=path_part(choices.path, followed["path"]) if choices.path and followed else None,
+        targets=records(rows, outcomes),
+    )
 
 
 def held_rows(task: str) -> tuple[str, ...]:
@@ -217,14 +260,20 @@ def goals_in_ground(rows: Rows, held: tuple[str, ...], T_ground_file: "np.ndarra
     return values
 
 
+def task_of(choices: IkChoices) -> "HandRows":
+    """Build the task."""
+    from selfmotion.methods.reaching.ik_tasks import HandRows
+
+    arm = with_typed_limits(load_any_arm(choices.arm), list(choices.limits))
+    return HandRows(arm, choices.rows)
+
+
 @functools.lru_cache(maxsize=2)
 def task_and_seeds(choices: IkChoices) -> "tuple[HandRows, SeedTable]":
     """Build the task, and the table of postures to start from."""
     from selfmotion.methods.reaching.ik_seeds import seed_table
-    from selfmotion.methods.reaching.ik_tasks import HandRows
 
-    arm = with_typed_limits(load_any_arm(choices.arm), list(choices.limits))
-    task = HandRows(arm, choices.rows)
+    task = task_of(choices)
     return task, seed_table(task)
 
 
@@ -253,8 +302,9 @@ def solve_part(payload: "tuple[IkChoices, list[int], np.ndarray]") -> dict[str, 
 
     choices, part, goals = payload
     task, seeds = task_and_seeds(choices)
-    options = IkOptions(scheme=choices.scheme, threads=choices.threads)
-    if choices.scheme == "published":
+    again = RESTARTS if choices.restarts is None else choices.restarts
+    options = IkOptions(restarts=again, threads=choices.threads)
+    if choices.method == "paper":
         options = IkOptions(scheme="published", max_iterations=1000, restarts=0)
     found = solve_ik(task, goals, weights=choices.weights, options=options, seeds=seeds)
     return {
@@ -269,69 +319,19 @@ def solve_part(payload: "tuple[IkChoices, list[int], np.ndarray]") -> dict[str, 
     }
 
 
-def records(rows: Rows, outcomes: "list[Outcome]") -> list[TargetItem]:
-    """Give a record for every row, in the file's order."""
-    found: dict[int, dict[str, Any]] = {}
-    for outcome in outcomes:
-        result = outcome.result or {"place": []}
-        for k, i in enumerate(result["place"]):
-            found[i] = {key: values[k] for key, values in result.items() if key != "place"}
-    reason = next((o.status.sentence for o in outcomes if o.result is None), "not computed")
-    unknown = dict.fromkeys(("q", "error_mm", "error_deg", "iterations", "restarts"))
-    return [
-        TargetItem(
-            id=name, **found.get(i, {**unknown, "status": problem or reason, "failed": True})
-        )
-        for i, (name, problem) in enumerate(zip(rows.ids, rows.problems, strict=True))
-    ]
-
-
-def provenance_of(hand: "HandRows", choices: IkChoices, targets: Path, frame: str) -> Provenance:
+def provenance_of(arm: "Arm", choices: IkChoices, targets: Path, frame: str) -> Provenance:
     """Say where the results come from."""
     from selfmotion.provenance import hash_file
 
     settings = {
-        "arm": hand.arm.name,
-        "source": hand.arm.source,
-        "rows": list(hand.rows),
-        "scheme": choices.scheme,
+        "arm": arm.name,
+        "source": arm.source,
+        "rows": list(choices.rows),
+        "method": choices.method if choices.path is None else "follow",
+        "restarts": choices.restarts,
         "limits": list(choices.limits),
         "weights": None if choices.weights is None else list(choices.weights),
         "frame": frame,
     }
-    return Provenance("solve_ik", inputs={"targets": hash_file(targets)}, choices=settings)
-
-
-def save_table(document: IkDocument, folder: Path) -> Path:
-    """Write ik.csv: one row a target, joints in radians."""
-    import pandas as pd
-
-    empty = [None] * len(document.joints)
-    table = pd.DataFrame(
-        {
-            "id": t.id,
-            **dict(zip(document.joints, t.q or empty, strict=True)),
-            "error_mm": t.error_mm,
-            "error_deg": t.error_deg,
-            "iterations": t.iterations,
-            "status": t.status,
-        }
-        for t in document.targets
-    )
-    return write_whole(folder / "ik.csv", table.to_csv(index=False))
-
-
-def as_text(document: IkDocument) -> str:
-    """Write postures as a person reads them, in degrees."""
-    from math import degrees
-
-    solved = sum(not t.failed for t in document.targets)
-    lines = [
-        f"arm {document.arm}, held: {', '.join(document.rows)}; "
-        f"{solved} of {len(document.targets)} targets solved",
-        "degrees, in order: " + ", ".join(document.joints),
-    ]
-    for t in document.targets:
-        angles = " ".join(f"{degrees(v):7.1f}" for v in t.q or [] if v is not None)
-        lines.append(f"target {t.id}: {angles}  {t.status}".replace(":   ", ": "))
-    return "\n".join(lines)
+    step = "solve_ik" if choices.path is None else "follow"
+    return Provenance(step, inputs={"targets": hash_file(targets)}, choices=settings)

@@ -44,7 +44,8 @@ class PathCosts:
         displacement: weight of the squared distance from `rest`.
         velocity: weight of the squared joint velocity, s²; weights of `identify_weights` go here.
         acceleration: weight of the squared joint acceleration, s⁴.
-        rest: (n,) rest posture (rad or m); left out: the first posture.
+        rest: (n,) rest posture (rad or m), NaN for joints whose rest is where they are at first;
+            left out: all of them.
     """
 
     displacement: ArrayLike = 0.0
@@ -122,8 +123,8 @@ def follow(
 
     Raises:
         ShapeError: time, start or a weight does not fit.
-        NotFiniteError: an array holds NaN or infinite values.
-        RangeError: time does not increase, or a weight is negative, or all are zero.
+        NotFiniteError: an array holds NaN (other than `rest`) or infinite values.
+        RangeError: no target, time does not increase, or a weight is negative, or all are zero.
 
     Example:
         >>> import numpy as np
@@ -135,6 +136,8 @@ def follow(
     """
     goals = task.goals(target)
     n_samples, n = len(goals.position), task.arm.n_joints
+    if not n_samples:
+        raise RangeError("target: 0 samples; at least one is needed")
     times = np.arange(float(n_samples)) if time is None else as_float_array("time", time)
     require_shape("time", times, (n_samples,))
     require_finite("time", times)
@@ -151,8 +154,7 @@ def follow(
     weights = np.array([_weight(w, n) for w in (pay.displacement, pay.velocity, pay.acceleration)])
     if not (weights.sum(axis=0) > 0).all():
         raise RangeError("costs: each joint needs a displacement, velocity or acceleration weight")
-    rest = before if pay.rest is None else as_float_array("rest", pay.rest).copy()
-    require_shape("rest", rest, (n,))
+    rest = _rest(pay.rest, before)
     q, error = np.empty((n_samples, n)), np.empty(n_samples)
     axes = np.array(task.axes, dtype=np.int64)
     rows = Rows(axes, task.mode, task.rotation_scale, np.ones(n))
@@ -202,6 +204,16 @@ def _first(task: HandRows, target: np.ndarray, start: ArrayLike | None) -> np.nd
     require_shape("start", q, (task.arm.n_joints,))
     require_finite("start", q)
     return np.clip(q, task.arm.lower, task.arm.upper)
+
+
+def _rest(rest: ArrayLike | None, before: np.ndarray) -> np.ndarray:
+    if rest is None:
+        return before
+    posture = as_float_array("rest", rest)
+    require_shape("rest", posture, before.shape)
+    posture = np.where(np.isnan(posture), before, posture)
+    require_finite("rest", posture)
+    return posture
 
 
 def _weight(weight: ArrayLike, n: int) -> np.ndarray:

@@ -336,7 +336,7 @@ def mobility_of(task: HandRows, weights: ArrayLike | None) -> Float[np.ndarray, 
 
 def _shortfall(task: HandRows, near: float, turned: float) -> str:
     """Say what is missing to a target."""
-    missing = [f"{1e3 * near:.3g} mm"] if task.axes else []
+    missing = [f"{1e3 * near:.3g} mm" if near < 1.0 else f"{near:.4g} m"] if task.axes else []
     if task.angles:
         missing.append(f"{np.rad2deg(turned):.3g} degrees")
     return f"not reached: {' and '.join(missing)} short"
