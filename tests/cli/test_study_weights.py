@@ -41,6 +41,9 @@ def test_a_study_of_angles_gives_tables_and_a_report(folder: Path, capsys: Captu
     assert len(document["weights"]) == 18 and len(document["groups"]) == 2
     for table in ("trials", "groups", "weights", "tests", "changes"):
         assert (out / f"{table}.csv").is_file()
+    assert {path.stem for path in (out / "figures").iterdir()} >= {"shares", "angles"}
+    assert document["swivel"] == []  # no markers, no landmarks
+    assert {row["what"] for row in document["people"]} >= {"task_share", "synergy"}
     assert "P2_reach_9.csv" in report.read_text(encoding="utf-8")
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from selfmotion.errors import RangeError
+from selfmotion.errors import RangeError, ShapeError
 from selfmotion.methods.uncontrolled_manifold import manifold_variance
 from selfmotion.motion.recording import Recording
 
@@ -57,3 +57,13 @@ def test_velocities_stand_in_for_postures_and_it_says_so():
 def test_one_trial_is_refused():
     with pytest.raises(RangeError, match="1 trial; at least 2"):
         manifold_variance(trials([(1, 1)], [[1, 1]]))
+
+
+def test_a_joint_that_never_moves_the_task_does_not_count():
+    """The same two joints with an idle third: its variance is neither kept nor spent."""
+    idle = [(1, -1, 3), (-1, 1, 0), (0.5, 0.5, -2), (-0.5, -0.5, 0)]
+    found = manifold_variance(trials(idle, [[1, 1, 0]]))
+    np.testing.assert_allclose(found.synergy, 0.75 / 0.625)
+    assert found.joints == ("joint_1", "joint_2") and found.dof[0].tolist() == [1, 1]
+    with pytest.raises(ShapeError, match="no joint moves the task"):
+        manifold_variance(trials([(1, 1), (0, 0)], [[0, 0]]))

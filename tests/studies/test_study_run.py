@@ -24,6 +24,10 @@ cutoff = 8
 [names.side]
 R = "right"
 L = "left"
+
+[moments.drink]
+strokes = 2
+mid_drink = {between = [1, 2], at = "slowest"}
 """
 
 
@@ -72,6 +76,17 @@ def test_a_study_runs_to_its_tables_and_resumes(folder, tmp_path):
     assert max(good["rms_landmark_mm"].tolist()) < 15
     assert not any(good["frames_not_converged"].tolist())
     assert set(run.weights["joint"]) == set(run.movements.joints)
+    assert len(run.estimates) == 10 and {k[:2] for k in run.pooled} == {
+        ("P1", "right"),
+        ("P2", "right"),
+    }
+    drinks = run.summary.swivel.set_index(["condition", "moment", "selection"])
+    assert drinks.loc[("drink", "mid_drink", "all"), "movements"] == 4
+    curve = run.swivel.loc[run.swivel["file"] == "P1_drink_R1.csv"]
+    drink = good.set_index("file").loc["P1_drink_R1.csv"]
+    assert curve["percent"].tolist() == list(range(101))
+    assert curve["swivel_deg"].iloc[0] == pytest.approx(drink["swivel_start_deg"])
+    assert np.isfinite(run.groups["task_share_others"].to_numpy(float)).any()
     assert len(run.groups) == 10 and run.groups["task_share"].between(0, 1).all()
     assert run.tests["sentence"].str.contains("no test").all()  # two people are too few
 
@@ -107,6 +122,9 @@ def test_trials_carry_their_labels_and_static(folder):
         ('R = "right"', "R = 1"),
         ("landmark", "rest_share = 2\nlandmark"),
         ("[names.side]", "[names.arm]"),
+        ("strokes = 2", "strokes = 1"),
+        ("between = [1, 2]", "between = [2, 1]"),
+        ("[moments.drink]", "[moment.drink]"),
     ],
 )
 def test_broken_study_files_are_refused_in_one_line(tmp_path, old, new):

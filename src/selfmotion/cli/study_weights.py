@@ -14,11 +14,15 @@ if TYPE_CHECKING:
 
     from selfmotion.studies.study_run import StudyRun
 
-TABLES = ("trials", "groups", "weights", "tests", "changes")
+TABLES = ("trials", "groups", "weights", "tests", "changes", "swivel")
+OVER_PEOPLE = ("swivel", "people", "joints", "quality")
 
 
 class StudyWeight(Part, frozen=True, kw_only=True):
-    """One joint of one person on one side in one condition; null: not identified (see reason)."""
+    """One joint of one person on one side in one condition; null: not identified (see reason).
+
+    The condition `all conditions` is that of all of the person's movements together.
+    """
 
     subject: str
     side: str
@@ -41,6 +45,7 @@ class StudyGroup(Part, frozen=True, kw_only=True):
     trials: int
     task_share: Number
     task_share_identity: Number
+    task_share_others: Number
     unexplained: Number
     synergy: Number
     synergy_z: Number
@@ -54,6 +59,57 @@ class StudyTest(Part, frozen=True, kw_only=True):
     level: str
     people: int
     sentence: str
+
+
+class SwivelSpread(Part, frozen=True, kw_only=True):
+    """Swivel angle at one moment (degrees), with its spread within and between people.
+
+    `within`: standard deviation over a person's repeats, pooled; `between`: of people's means.
+    `selection`: all movements, or those whose elbow is far enough off the line from shoulder to
+    wrist.
+    """
+
+    side: str
+    condition: str
+    moment: str
+    selection: str
+    people: int
+    movements: int
+    mean_deg: Number
+    within_deg: Number
+    within_lower_deg: Number
+    within_upper_deg: Number
+    within_median_deg: Number
+    between_deg: Number
+    between_lower_deg: Number
+    between_upper_deg: Number
+
+
+class PeopleMean(Part, frozen=True, kw_only=True):
+    """Mean over people of a share or of the synergy index, with its 95 % interval."""
+
+    side: str
+    condition: str
+    what: str
+    people: int
+    mean: Number
+    sd: Number
+    lower: Number
+    upper: Number
+
+
+class JointMean(Part, frozen=True, kw_only=True):
+    """Geometric mean over people of a joint's weight, largest = 1, all conditions together."""
+
+    side: str
+    joint: str
+    weight: Number
+    lower: Number
+    upper: Number
+    lowest: Number
+    highest: Number
+    people: int
+    of: int
 
 
 class FailedFile(Part, frozen=True, kw_only=True):
@@ -71,6 +127,9 @@ class StudyDocument(Document, frozen=True, tag="selfmotion/weights-study/1", kw_
     weights: list[StudyWeight]
     groups: list[StudyGroup]
     tests: list[StudyTest]
+    swivel: list[SwivelSpread]
+    people: list[PeopleMean]
+    joints: list[JointMean]
 
 
 @dataclass(frozen=True)
@@ -121,6 +180,12 @@ def weigh_study(folders: list[Path], choices: StudyChoices) -> int:
         for name in TABLES:
             text = getattr(run, name).to_csv(index=False)
             written.append(write_whole(where.out / f"{name}.csv", text))
+        for name in OVER_PEOPLE:
+            text = getattr(run.summary, name).to_csv(index=False)
+            written.append(write_whole(where.out / f"over_people_{name}.csv", text))
+        from selfmotion.report.study_page import write_pictures
+
+        written += write_pictures(run, where.out / "figures")
     if choices.report is not None:
         from selfmotion.report.study_page import write_study_report
 
@@ -139,6 +204,9 @@ def as_document(run: "StudyRun") -> StudyDocument:
         weights=[StudyWeight(**row) for row in _rows(run.weights, StudyWeight)],
         groups=[StudyGroup(**row) for row in _rows(run.groups, StudyGroup)],
         tests=[StudyTest(**row) for row in _rows(run.tests, StudyTest)],
+        swivel=[SwivelSpread(**row) for row in _rows(run.summary.swivel, SwivelSpread)],
+        people=[PeopleMean(**row) for row in _rows(run.summary.people, PeopleMean)],
+        joints=[JointMean(**row) for row in _rows(run.summary.joints, JointMean)],
     )
 
 
@@ -152,6 +220,13 @@ def as_text(run: "StudyRun") -> str:
         f"{g['subject']}  {g['side']}  {g['condition']}: {g['task_share']:.2f} "
         f"({g['task_share_identity']:.2f}), {g['synergy']:.2f}; {g['status']}"
         for g in run.groups.to_dict("records")
+    ]
+    lines += [
+        f"swivel angle, {s['side']} {s['condition']}, {s['moment'].replace('_', ' ')} "
+        f"({s['selection']}): {s['mean_deg']:.0f} deg, within people {s['within_deg']:.1f}, "
+        f"between {s['between_deg']:.1f} ({s['people']} people)"
+        for s in run.summary.swivel.to_dict("records")
+        if s["moment"] not in ("start", "end")
     ]
     lines += [
         f"{t['comparison']}, {t['level']}: {t['sentence']}" for t in run.tests.to_dict("records")

@@ -10,6 +10,10 @@ part across it (Scholz & Schöner 1999, doi 10.1007/s002210050738). Per degree o
 ΔV > 0 is called a synergy that stabilises the hand. ΔV is bounded by -n/m and n/(n - m); its
 z-transform ½ ln((n/m + ΔV)/(n/(n - m) - ΔV)) is what goes into tests.
 
+A joint that never moves the task variable (its column of the Jacobian is zero in all trials, as
+the wrist's joints where the wrist is the task) is left out: its variance would always count as
+kept, whatever the person does.
+
 Stands beside the weights because the paper does: UCM measures how variance is shared out and
 takes the plain metric for granted, weights measure who does the work ([Khoramshahi2022] 2.2).
 """
@@ -19,7 +23,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from selfmotion.errors import RangeError, ShapeError
 from selfmotion.motion.filters import normalise_time
@@ -45,6 +49,7 @@ class ManifoldVariance:
         synergy_z: z-transform of ΔV (T).
         dof: degrees of freedom along and across at each phase (T, 2).
         n_trials: R.
+        joints: those that can move the task variable, n of them.
     """
 
     variable: Literal["q", "qd"]
@@ -55,6 +60,7 @@ class ManifoldVariance:
     synergy_z: Float[np.ndarray, " phases"]
     dof: Int[np.ndarray, "phases 2"]
     n_trials: int
+    joints: tuple[str, ...] = ()
 
     def to_frame(self) -> "pd.DataFrame":
         """Give a table, one row a phase."""
@@ -87,7 +93,7 @@ def manifold_variance(
 
     Raises:
         RangeError: fewer than two trials.
-        ShapeError: a recording has no Jacobian, or joints differ.
+        ShapeError: a recording has no Jacobian, or joints differ, or none moves the task.
 
     Example:
         >>> t, J = np.arange(3.0), np.ones((3, 1, 2))     # hand = q1 + q2
@@ -106,12 +112,26 @@ def manifold_variance(
     jacobian = np.mean([r.array("jacobian") for r in brought], axis=0)
     if jacobian.shape[2] != n:
         raise ShapeError(f"jacobian has {jacobian.shape[2]} joints, the recording {n}")
-    values = np.stack([r.array(variable) for r in brought])
-    return _variances(variable, values - values.mean(axis=0), jacobian)
+    used = _moving_joints(trials)
+    if not used.any():
+        raise ShapeError("jacobian: 0 everywhere; no joint moves the task")
+    values = np.stack([r.array(variable)[:, used] for r in brought])
+    joints = tuple(np.array(trials.joints)[used].tolist())
+    return _variances(variable, values - values.mean(axis=0), jacobian[:, :, used], joints)
+
+
+def _moving_joints(trials: Study) -> Bool[np.ndarray, " joints"]:
+    """Tell which joints move the task in any sample of any trial."""
+    sizes = [np.abs(np.nan_to_num(r.array("jacobian"))).max(axis=(0, 1)) for r in trials]
+    largest = np.max(sizes, axis=0)
+    return largest > RANK_TOLERANCE * largest.max()
 
 
 def _variances(
-    variable: Literal["q", "qd"], deviation: np.ndarray, jacobian: np.ndarray
+    variable: Literal["q", "qd"],
+    deviation: np.ndarray,
+    jacobian: np.ndarray,
+    joints: tuple[str, ...],
 ) -> ManifoldVariance:
     R, T, n = deviation.shape
     along, across = np.full(T, np.nan), np.full(T, np.nan)
@@ -133,4 +153,4 @@ def _variances(
         low, high = n / dof[:, 1], n / dof[:, 0]
         z = 0.5 * (np.log(low + synergy) - np.log(high - synergy))
     phase = np.linspace(0.0, 1.0, T)
-    return ManifoldVariance(variable, phase, along, across, synergy, z, dof, R)
+    return ManifoldVariance(variable, phase, along, across, synergy, z, dof, R, joints)

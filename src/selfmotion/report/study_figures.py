@@ -5,12 +5,15 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from selfmotion.errors import RangeError
 from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.motion.filters import normalise_time
 from selfmotion.motion.recording import Study
+from selfmotion.report.study_people_figures import label_bottom
 from selfmotion.report.theme import (
     condition_line,
     joint_colour,
+    joint_dash,
     legend_below,
     new_figure,
     themed,
@@ -49,8 +52,9 @@ def angle_bands_figure(study: Study) -> Figure:
         if i < len(joints):
             ax.set_title(words(joints[i]))
             zero_line(ax)
-    figure.supxlabel("movement (%)")
-    figure.supylabel("angle (deg)")
+    label_bottom(axes, len(joints), "movement (%)")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("angle (deg)")
     legend_below(figure, axes.flat[0])
     return figure
 
@@ -59,31 +63,50 @@ def angle_bands_figure(study: Study) -> Figure:
 def contribution_radar(estimates: Mapping[tuple[str, str, str], WeightEstimate]) -> Figure:
     """Draw the contributions of each joint on spokes, one line a person, one panel a condition.
 
-    Joints that were not identified have no point; a person without any is left out.
+    Joints and panels in which nothing was identified are left out.
+
+    Raises:
+        RangeError: that is all of them.
     """
-    conditions = list(dict.fromkeys((side, name) for _, side, name in estimates))
-    columns = min(len(conditions), COLUMNS)
-    rows = -(-len(conditions) // columns)
-    figure = Figure(figsize=(2.6 * columns, 0.6 + 2.7 * rows), layout="constrained")
-    joints = next(iter(estimates.values())).joints
-    angle = np.linspace(0.0, 2.0 * np.pi, len(joints), endpoint=False)
-    for panel, (side, name) in enumerate(conditions):
+    found = {k: e for k, e in estimates.items() if np.isfinite(e.contribution).any()}
+    if not found:
+        raise RangeError("contributions: none was identified, nothing to draw")
+    subjects = list(dict.fromkeys(key[0] for key in estimates))
+    panels = list(dict.fromkeys(key[1:] for key in found))
+    columns = min(len(panels), COLUMNS)
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(2.6 * columns, 0.9 + 2.5 * rows), layout="constrained")
+    joints = next(iter(found.values())).joints
+    known = np.isfinite(np.stack([e.contribution for e in found.values()])).any(axis=0)
+    drawn = [joints[i] for i in np.flatnonzero(known)]
+    angle = np.linspace(0.0, 2.0 * np.pi, len(drawn), endpoint=False)
+    names = [words(joint).replace(" ", "\n", 1) for joint in drawn]
+    axes = []
+    for panel, (side, name) in enumerate(panels):
         ax = figure.add_subplot(rows, columns, panel + 1, projection="polar")
-        people = [(k[0], e) for k, e in estimates.items() if k[1:] == (side, name)]
-        for i, (person, estimate) in enumerate(people):
-            if np.isfinite(estimate.contribution).any():
+        for (subject, *of), estimate in found.items():
+            if tuple(of) == (side, name):
+                place, share = subjects.index(subject), estimate.contribution[known]
                 ax.plot(
                     np.append(angle, angle[0]),
-                    np.append(estimate.contribution, estimate.contribution[0]),
-                    color=joint_colour(i),
+                    np.append(share, share[0]),
+                    color=joint_colour(place),
+                    linestyle=joint_dash(place),
+                    linewidth=1.2,
                     marker="o",
                     markersize=2.5,
-                    label=person,
                 )
-        ax.set_title(f"{name or 'all movements'} {side}".strip())
-        ax.set_xticks(angle, [words(joint) for joint in joints], fontsize=5.5)
+        ax.set_title(f"{name or 'all movements'}, {side}" if side else name, fontsize=8.0)
+        ax.set_xticks(angle, names, fontsize=5.5)
+        ax.tick_params(axis="x", pad=5)
         ax.set_ylim(0.0, 1.0)
-        ax.set_yticks([0.5, 1.0], ["", ""])
+        ax.set_yticks([0.5, 1.0], ["0.5", "1"], fontsize=5.5)
+        axes.append(ax)
+    for place, subject in enumerate(subjects):  # one legend, whoever is in the first panel
+        axes[0].plot(
+            [], [], color=joint_colour(place), linestyle=joint_dash(place), label=subject or "all"
+        )
+    legend_below(figure, axes[0], columns=4)
     return figure
 
 

@@ -21,14 +21,19 @@ from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.methods.weights.options import DEFAULT_OPTIONS, Method
 from selfmotion.methods.weights.series import estimate_each
 from selfmotion.motion.files.npz import read_npz
-from selfmotion.motion.recording import Study
+from selfmotion.motion.recording import Recording, Study
 from selfmotion.provenance import Provenance, hash_file
 from selfmotion.studies.study_file import StudyFile, Trial, find_trials
 from selfmotion.studies.study_statistics import Key, compare_all
-from selfmotion.studies.trial_run import TrialJob, plan_people, run_trial
+from selfmotion.studies.study_summary import StudySummary, summarise
+from selfmotion.studies.trial_run import CURVE, CURVE_POINTS, TrialJob, plan_people, run_trial
 
 JOURNAL = "journal.jsonl"
 MOVEMENTS = "movements"
+# Few targets make flat likelihoods, on which the estimator needs more than its usual 100 steps.
+MAX_ITERATIONS = 200
+# Condition of the weights of all conditions together.
+POOLED = "all conditions"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +46,10 @@ class StudyRun:
         weights: one row a person, side, condition and joint.
         tests: paired tests, or the sentence why there is none.
         changes: mean change of each log-weight over people, with t-intervals.
+        swivel: angle over 0 to 100 % of each movement, one row a trial and percent (deg).
+        summary: over people: swivel angle at its moments, shares, weights, quality.
         estimates: of each person, side and condition.
+        pooled: of each person and side with all conditions together; empty where there is one.
         movements: all movements that could be used.
         provenance: files, versions and choices.
     """
@@ -51,7 +59,10 @@ class StudyRun:
     weights: pd.DataFrame
     tests: pd.DataFrame
     changes: pd.DataFrame
+    swivel: pd.DataFrame
+    summary: StudySummary
     estimates: Mapping[Key, WeightEstimate]
+    pooled: Mapping[Key, WeightEstimate]
     movements: Study
     provenance: Provenance
 
@@ -114,7 +125,7 @@ def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path)
     hashes: dict[Path, str] = {}
     items = [Item(job.trial.key, job, _fingerprint(plan, job, hashes)) for job in jobs]
     outcomes = run_batch(run_trial, items, runner)
-    table = trial_table(trials, outcomes)
+    table, curves = trial_table(trials, outcomes)
     usable = [job.target for job, o in zip(jobs, outcomes, strict=True) if o.status.ok]
     if not usable:
         first = outcomes[0]
@@ -123,6 +134,8 @@ def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path)
         )
     movements = Study(tuple(r for path in usable for r in read_npz(path)))
     estimates = estimate_groups(movements, plan.method)
+    pooled = estimate_pooled(movements, plan.method)
+    groups = group_table(movements, estimates)
     tests, changes = compare_all(estimates, rng=np.random.default_rng(plan.seed))
     inputs = {t.key: hashes[t.path] for t in trials if t.path in hashes}
     choices = {
@@ -137,11 +150,14 @@ def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path)
     }
     return StudyRun(
         table,
-        group_table(movements, estimates),
-        weights_by_group(estimates),
+        groups,
+        weights_by_group({**estimates, **pooled}),
         tests,
         changes,
+        curves,
+        summarise(table, groups, pooled or estimates),
         estimates,
+        pooled,
         movements,
         Provenance("run_study", inputs=inputs, seed=plan.seed, choices=choices),
     )
@@ -158,23 +174,55 @@ def trial_jobs(plan: StudyPlan, trials: Sequence[Trial], folder: Path) -> list[T
     return sorted(jobs, key=lambda job: order[job.trial.key])
 
 
-def trial_table(trials: Sequence[Trial], outcomes: Sequence[Outcome]) -> pd.DataFrame:
-    """Give one row a file, in order: labels, status, measures."""
-    rows = []
+def trial_table(
+    trials: Sequence[Trial], outcomes: Sequence[Outcome]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Give one row a file, in order: labels, status, measures; and the swivel curves, long."""
+    rows, curves = [], []
+    percent = np.linspace(0.0, 100.0, CURVE_POINTS)
     for trial, outcome in zip(trials, outcomes, strict=True):
         state = {"file": trial.key, "ok": outcome.status.ok, "status": outcome.status.sentence}
-        rows.append(trial.labels.to_dict() | state | (outcome.result or {}))
-    return pd.DataFrame(rows)
+        measures = dict(outcome.result or {})
+        curve = measures.pop(CURVE, None)
+        rows.append(trial.labels.to_dict() | state | measures)
+        if curve is not None:
+            angle = np.array(curve, dtype=float)
+            values = {"file": trial.key, "percent": percent, "swivel_deg": angle}
+            curves.append(pd.DataFrame(trial.labels.to_dict() | values))
+    whole = pd.concat(curves, ignore_index=True) if curves else pd.DataFrame()
+    return pd.DataFrame(rows), whole
 
 
 def estimate_groups(movements: Study, method: Method) -> dict[Key, WeightEstimate]:
     """Identify the weights of each person, side and condition, all trials pooled."""
-    options = replace(DEFAULT_OPTIONS, hash_inputs=False)
+    groups = movements.group("subject", "side", "condition")
+    return _estimates({_key(k): tuple(part) for k, part in groups.items()}, method)
+
+
+def estimate_pooled(movements: Study, method: Method) -> dict[Key, WeightEstimate]:
+    """Identify the weights of each person and side with all conditions together.
+
+    More targets excite more of the ratios. The condition of their keys is `POOLED`; a person with
+    one condition only has no entry, since that would be the same numbers again.
+    """
     groups = {
-        tuple(str(value or "") for value in key): part
-        for key, part in movements.group("subject", "side", "condition").items()
+        _key((*k, POOLED)): tuple(part)
+        for k, part in movements.group("subject", "side").items()
+        if len({r.labels.condition for r in part}) > 1
     }
-    names = {"\n".join(key): key for key in groups}
+    return _estimates(groups, method)
+
+
+def _key(labels: Sequence[str | None]) -> Key:
+    subject, side, condition = (str(value or "") for value in labels)
+    return subject, side, condition
+
+
+def _estimates(
+    groups: Mapping[Key, tuple[Recording, ...]], method: Method
+) -> dict[Key, WeightEstimate]:
+    limit = None if method == "paper" else MAX_ITERATIONS
+    options = replace(DEFAULT_OPTIONS, hash_inputs=False, max_iterations=limit)
 
     def identify(part: Study) -> WeightEstimate:
         # One array each for all trials: many short trials run several times faster so.
@@ -188,9 +236,9 @@ def estimate_groups(movements: Study, method: Method) -> dict[Key, WeightEstimat
         )
         return identify_weights_from_arrays(joined, method=method, options=options)
 
-    parts = {name: tuple(groups[key]) for name, key in names.items()}
-    found = estimate_each(parts, identify, method)
-    return {(names[n][0], names[n][1], names[n][2]): estimate for n, estimate in found.items()}
+    names = {"\n".join(key): key for key in groups}
+    found = estimate_each({name: groups[key] for name, key in names.items()}, identify, method)
+    return {names[name]: estimate for name, estimate in found.items()}
 
 
 def weights_by_group(estimates: Mapping[Key, WeightEstimate]) -> pd.DataFrame:
@@ -208,18 +256,29 @@ def weights_by_group(estimates: Mapping[Key, WeightEstimate]) -> pd.DataFrame:
 
 
 def group_table(movements: Study, estimates: Mapping[Key, WeightEstimate]) -> pd.DataFrame:
-    """Give one row a person, side and condition: shares of velocity, and synergy over repeats."""
+    """Give one row a person, side and condition: shares of velocity, and synergy over repeats.
+
+    `task_share_others` takes the weights of the same arm in its other conditions, one after the
+    other: movements to which those weights were not fitted.
+    """
     rows = []
-    for key, part in movements.group("subject", "side", "condition").items():
-        subject, side, condition = (str(value or "") for value in key)
-        estimate = estimates[(subject, side, condition)]
-        row: dict[str, object] = {"subject": subject, "side": side, "condition": condition}
+    for labels, part in movements.group("subject", "side", "condition").items():
+        key = _key(labels)
+        estimate = estimates[key]
+        row: dict[str, object] = dict(zip(("subject", "side", "condition"), key, strict=True))
         row |= {"trials": len(part), "samples": part.n_samples}
         for name, weights in (("", estimate.full_weights), ("_identity", None)):
             row |= {
                 f"task_share{name}": _mean_share(part, weights),
                 f"unexplained{name}": getattr(estimate, f"unexplained{name}"),
             }
+        others = [
+            _mean_share(part, other.full_weights)
+            for k, other in estimates.items()
+            if k[:2] == key[:2] and k != key
+        ]
+        known = [share for share in others if np.isfinite(share)]
+        row["task_share_others"] = float(np.mean(known)) if known else float("nan")
         row |= _synergy(part) | {"status": estimate.status.sentence}
         rows.append(row)
     return pd.DataFrame(rows)

@@ -4,7 +4,7 @@ A worker process holds the last calibrated person, so that a person's trials, wh
 the other, share the calibration.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -18,11 +18,13 @@ from selfmotion.capture.attach import attach_arm
 from selfmotion.capture.person import CaptureOptions, Person, calibrate_person
 from selfmotion.capture.protocol import load_protocol
 from selfmotion.capture.scaling import ADULT_RANGES_DEG, with_adult_ranges
+from selfmotion.capture.views import CENTRES
 from selfmotion.errors import FileFormatError, SelfmotionError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.motion.files import load, load_markers
 from selfmotion.motion.files.npz import write_npz
 from selfmotion.motion.recording import Recording
+from selfmotion.motion.segment import equally_spaced
 from selfmotion.motion.strokes import movement_span
 from selfmotion.redundancy.task import Task, task_for
 from selfmotion.studies.moments import ConditionMoments, FoundMoments, find_moments
@@ -30,6 +32,10 @@ from selfmotion.studies.study_file import StudyFile, Trial
 
 # Movements of a person with which the joint centres are found, spread over all of theirs.
 CALIBRATION_TRIALS = 8
+# A line from shoulder to wrist this close to the vertical gives no swivel angle over time (rad).
+LEAST_FROM_VERTICAL = np.deg2rad(15.0)
+# Key of a trial's measures that holds the swivel angle over the movement, and its points.
+CURVE, CURVE_POINTS = "swivel_curve_deg", 101
 
 
 @dataclass(frozen=True)
@@ -176,11 +182,9 @@ def _movement(recording: Recording, rest_share: float) -> Recording:
 
 def _measures(person: Person, motion: ArmMotion, moments: FoundMoments) -> dict[str, Any]:
     at_limit = motion.ik.at_limit.mean(axis=0)
-    swivel = np.rad2deg(motion.swivel)
-    at = {f"swivel_{k}_deg": _number(swivel[sample]) for k, sample in moments.samples.items()}
     return {
         "rms_landmark_mm": _number(1e3 * np.nanmedian(motion.ik.rms)),
-        "elbow_disagreement_mm": _number(1e3 * motion.elbow_disagreement()),
+        **_agreement(motion),
         "frames": len(motion.ik.q),
         "frames_without_markers": int(np.isnan(motion.ik.q[:, 0]).sum()),
         "frames_not_converged": int((~motion.ik.converged & ~np.isnan(motion.ik.q[:, 0])).sum()),
@@ -191,8 +195,53 @@ def _measures(person: Person, motion: ArmMotion, moments: FoundMoments) -> dict[
         else "",
         "share_at_limit": float(at_limit.max()),
         "moments_missing": "; ".join(f"{k}: {why}" for k, why in moments.missing.items()),
-        **at,
+        **_at_moments(motion, moments.samples),
+        CURVE: _swivel_curve(motion, moments.samples["start"], moments.samples["end"]),
     } | {f"length_{k}_mm": 1e3 * v for k, v in person.lengths.items()}
+
+
+def _agreement(motion: ArmMotion) -> dict[str, Any]:
+    """Say how far clusters disagree on joint centres, and how much rigid lengths vary."""
+    marks = {k: motion.landmarks[k].path for k in (*CENTRES, "knuckle")}
+    apart = {
+        f"{k}_disagreement_mm": 1e3 * float(np.nanmedian(motion.landmarks[k].disagreement))
+        for k in CENTRES
+    }
+    ends = {"upper_arm": ("shoulder", "elbow"), "forearm": ("elbow", "wrist")}
+    varies = {
+        f"{k}_sd_mm": 1e3 * float(np.nanstd(np.linalg.norm(marks[b] - marks[a], axis=1)))
+        for k, (a, b) in ends.items()
+    }
+    return {k: _number(v) for k, v in (apart | varies).items()}
+
+
+def _at_moments(motion: ArmMotion, moments: Mapping[str, int]) -> dict[str, Any]:
+    """Give the swivel angle, and how far the elbow is off the line from shoulder to wrist."""
+    found: dict[str, Any] = {}
+    first, last = moments["start"], moments["end"]
+    for name, k in moments.items():
+        S, E, W = (motion.landmarks[joint].path[k] for joint in ("shoulder", "elbow", "wrist"))
+        along = (W - S) / np.linalg.norm(W - S)
+        off = np.linalg.norm(np.cross(E - S, along))
+        found[f"swivel_{name}_deg"] = _number(float(np.rad2deg(motion.swivel[k])))
+        found[f"elbow_off_{name}_mm"] = _number(1e3 * float(off))
+        found[f"percent_{name}"] = 100.0 * (k - first) / max(last - first, 1)
+    return found
+
+
+def _swivel_curve(motion: ArmMotion, first: int, last: int) -> list[float | None]:
+    """Give the swivel angle (deg) over 0 to 100 % of the movement; None where it is not defined.
+
+    With the hand above the shoulder the line between them is vertical, and there is no vertical
+    plane through it to count from.
+    """
+    S, W = (motion.landmarks[joint].path[first : last + 1] for joint in ("shoulder", "wrist"))
+    level = np.linalg.norm((W - S)[:, :2], axis=1) / np.linalg.norm(W - S, axis=1)
+    angle = np.rad2deg(motion.swivel[first : last + 1])
+    known = np.where(level < np.sin(LEAST_FROM_VERTICAL), np.nan, angle)
+    time = motion.recording.time[first : last + 1]
+    curve = equally_spaced(time, known[:, None], n_samples=CURVE_POINTS)
+    return [_number(value) for value in curve[:, 0].tolist()]
 
 
 @lru_cache(maxsize=2)
