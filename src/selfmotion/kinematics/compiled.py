@@ -8,6 +8,7 @@ The key is set on an attribute of numba's that is not public (``_source_stamp``,
 0.57 to 0.68); where a later numba has it no longer, kernels are compiled at each start.
 """
 
+import functools
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
@@ -32,8 +33,7 @@ def compiled(*called: ModuleType | str, **options: Any) -> Callable[[Callable[..
         >>> twice(21)
         42
     """
-    files = [Path(str(m.__file__ if isinstance(m, ModuleType) else m)) for m in called]
-    source = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    source = _hash(tuple(str(m.__file__ if isinstance(m, ModuleType) else m) for m in called))
 
     def decorate(function: Callable[..., Any]) -> Any:
         try:
@@ -48,3 +48,9 @@ def compiled(*called: ModuleType | str, **options: Any) -> Callable[[Callable[..
         return made
 
     return decorate
+
+
+@functools.lru_cache(maxsize=64)
+def _hash(files: tuple[str, ...]) -> str:
+    """Give a hash of the text of some files."""
+    return hashlib.sha256(b"".join(Path(file).read_bytes() for file in files)).hexdigest()

@@ -16,7 +16,8 @@ from selfmotion.arrays import as_float_array, require_finite
 from selfmotion.errors import RangeError, ShapeError, unknown_name
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import frames_and_jacobian
-from selfmotion.methods.reaching import ik_arrays, ik_kernels
+from selfmotion.methods.reaching import ik_arrays
+from selfmotion.methods.reaching.ik_rotation import rotation_rows
 from selfmotion.redundancy.task import Pose, Position
 from selfmotion.spatial import exp_rotation
 
@@ -127,7 +128,7 @@ class HandRows:
             g = 0 if one else k
             error[k, : len(axes)] = goals.position[g][axes] - T[k, axes, 3]
             rows[k, : len(axes)] = J[k, axes]
-            n = ik_kernels.rotation_rows(
+            n = rotation_rows(
                 np.ascontiguousarray(T[k, :3]),
                 goals.rotation[g],
                 goals.angles[g],
