@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from selfmotion.cli.options import Json, Out, Quiet, Report, Seed
+from selfmotion.cli.options import Json, Out, Quiet, Report, Seed, StudyFile
 from selfmotion.cli.output import Contract, Document, Part, finish, save
 from selfmotion.errors import FileFormatError, RangeError, unknown_name
 from selfmotion.provenance import Provenance
@@ -64,6 +64,9 @@ class Asked:
     repeats: int | None
     people: int | None
     seed: int
+    recordings: Path | None = None
+    study: Path | None = None
+    quiet: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +109,15 @@ def reproduce(
             "paper.",
         ),
     ] = None,
+    recordings: Annotated[
+        Path | None,
+        typer.Option(
+            "--recordings",
+            metavar="DIR",
+            help="li2022: also Figs 8 and 9 and Table IV on recorded people; needs --study.",
+        ),
+    ] = None,
+    study_file: StudyFile = None,
     json: Json = False,
     out: Out = None,
     report: Report = None,
@@ -116,7 +128,7 @@ def reproduce(
     key = paper.lower()
     if key not in (*PAPERS, "all"):
         raise unknown_name("paper", paper, (*PAPERS, "all"))
-    asked = Asked(data, repeats, people, seed)
+    asked = Asked(data, repeats, people, seed, recordings, study_file, quiet)
     refuse_or_warn_of_idle(key, asked, report)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # before minutes of work
@@ -146,6 +158,12 @@ def refuse_or_warn_of_idle(key: str, asked: Asked, report: Path | None) -> None:
 
     if asked.data is not None and key != "khoramshahi2022":
         raise RangeError(f"--data {asked.data}: allowed with khoramshahi2022 only, not with {key}")
+    if (asked.recordings is None) != (asked.study is None):
+        raise RangeError("--recordings DIR and --study FILE.toml: allowed together only")
+    if asked.recordings is not None and key not in ("li2022", "all"):
+        raise RangeError(
+            f"--recordings {asked.recordings}: allowed with li2022 or all, not with {key}"
+        )
     if report is not None and key == "all":
         raise RangeError(f"--report {report}: holds one paper, not all; --out DIR writes each")
     if asked.repeats is not None and key not in ("khoramshahi2022", "all"):
@@ -259,11 +277,27 @@ def _li2022(asked: Asked) -> Made:
     size = {"poses": len(found.postures), "searched_as_paper": SEARCHED}
     sized = with_size(found.provenance, size)
     table = with_pose_remark(found.table)
+    more = []
+    if asked.recordings is not None and asked.study is not None:
+        import warnings
+
+        from selfmotion.cli.predict import run_prediction
+        from selfmotion.report.prediction_li2022 import people_sections
+        from selfmotion.studies.li2022_people import li2022_on_people, with_people
+        from selfmotion.studies.prediction_tables import tables_of
+
+        run = run_prediction([asked.recordings], asked.study, quiet=asked.quiet)
+        for what, why in run.failed:
+            warnings.warn(f"not used: {what}: {why}", stacklevel=2)
+        on_people = li2022_on_people(tables_of(run, seed=asked.seed))
+        table = with_people(table, on_people)
+        sized = replace(sized, inputs={**sized.inputs, **run.provenance.inputs}, seed=asked.seed)
+        more = people_sections(on_people)
     return Made(
         "li2022",
         records("li2022", table),
         sized,
-        lambda path: write_li2022_report(path, model, found, shown(table), sized),
+        lambda path: write_li2022_report(path, model, found, shown(table), sized, more=more),
     )
 
 

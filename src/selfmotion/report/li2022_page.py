@@ -1,5 +1,6 @@
 """The report of `selfmotion reproduce li2022`: its table and figures, what they mean."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -20,6 +21,8 @@ def write_li2022_report(
     made: Reproduction,
     numbers: pd.DataFrame,
     provenance: Provenance,
+    *,
+    more: Sequence[Section] = (),
 ) -> Path:
     """Write the report on a reproduction; give its path.
 
@@ -29,6 +32,7 @@ def write_li2022_report(
         made: the paper's synthetic analysis, computed again.
         numbers: each published number beside ours.
         provenance: how it was made.
+        more: further sections, as those on recorded people.
     """
     sections = [
         Section(
@@ -42,6 +46,7 @@ def write_li2022_report(
         shoulder_section(made),
         example_section(model, made),
         postures_section(made),
+        *more,
     ]
     summary = f"{len(numbers)} published numbers beside ours; {len(made.postures)} hand poses."
     footer = Footer((provenance,), ("Li2022",))

@@ -189,7 +189,8 @@ def observation_table(records: Sequence[dict[str, Any]]) -> pd.DataFrame:
             {k: r[k] for k in ("variant", "subject", "side", "task", "moment", "trial")}
             | {"kind": f"{r['task']}, {r['moment']}", "natural": r["natural"], "start": r["start"]}
             | {f"wrist_{axis}_m": v for axis, v in zip("xyz", r["wrist_m"], strict=True)}
-            | {k: r[k] for k in ("elbow_radius_m", "natural_inside", "fit_error_m", "effort_ratio")}
+            | {k: r[k] for k in ("elbow_radius_m", "natural_inside", "fit_error_m")}
+            | {k: r[k] for k in ("effort_ratio", "coordinate_error")}
             | {
                 "feasible_width": float(np.subtract(high, low).sum()),
                 "feasible_low": min(low, default=np.nan),

@@ -13,7 +13,8 @@ from jaxtyping import Float
 from selfmotion.capture.person import CaptureOptions, calibrate_person
 from selfmotion.capture.protocol import load_protocol
 from selfmotion.errors import RangeError, SelfmotionError, Status
-from selfmotion.methods.predictors.catalogue import CRITERIA, EFFORT_PASSIVE, START
+from selfmotion.methods.predictors.catalogue import CRITERIA, EFFORT, EFFORT_PASSIVE, START
+from selfmotion.methods.predictors.least_cost import NOTHING_FEASIBLE
 from selfmotion.methods.predictors.observation import (
     Observation,
     Prediction,
@@ -167,22 +168,27 @@ def observe(
             "natural_inside": bool(inside[i]),
             "intervals": [[float(s.swivel.min()), float(s.swivel.max())] for s in scene.stretches],
             "fit_error_m": float(fitted.error[i]),
-            "effort_ratio": effort_ratio(scene, fitted.q[i], said[EFFORT_PASSIVE]),
+            **against_law(scene, fitted.q[i], said.get(EFFORT, NOTHING_FEASIBLE)),
         }
         out.append((replace(bare, criteria=said, scene=None), about))
     return out
 
 
-def effort_ratio(scene: Scene, natural: Float[np.ndarray, "7"], least: Prediction) -> float | None:
-    """Give the effort of the natural posture over the least; None where either is unknown."""
-    if not np.isfinite(least.angle) or not scene.stretches:
-        return None
+def against_law(scene: Scene, natural: Float[np.ndarray, "7"], law: Prediction) -> dict[str, Any]:
+    """Say how the law's posture differs from the person's: coordinates, and what effort is more.
+
+    Returns:
+        ``coordinate_error``: (7) of the law's posture less the fitted one (rad); ``effort_ratio``:
+        effort of the fitted posture over that of the law's. None where either is not to be had.
+    """
+    if not np.isfinite(law.angle) or not scene.stretches:
+        return {"coordinate_error": None, "effort_ratio": None}
     q = np.concatenate([stretch.q for stretch in scene.stretches])
     swivel = np.concatenate([stretch.swivel for stretch in scene.stretches])
-    nearest = q[np.argmin(np.abs(angle_between(swivel, least.angle)))]
-    options = EffortOptions(loads=("gravity", "passive"))
-    found = muscle_effort(scene.model, np.stack([natural, nearest]), options=options)
-    return float(found.effort[0] / found.effort[1]) if all(found.status) else None
+    nearest = q[np.argmin(np.abs(angle_between(swivel, law.angle)))]
+    found = muscle_effort(scene.model, np.stack([natural, nearest]), options=EffortOptions())
+    ratio = float(found.effort[0] / found.effort[1]) if all(found.status) else None
+    return {"coordinate_error": (nearest - natural).tolist(), "effort_ratio": ratio}
 
 
 def describe(person: RecordedPerson, fitted: FittedPerson) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from selfmotion.methods.predictors.catalogue import BASELINE
 from selfmotion.methods.predictors.observation import angle_between, mean_angle
@@ -221,6 +222,7 @@ def _limits(prefix: str, values: Float[np.ndarray, " draws"]) -> dict[str, float
     return {f"{prefix}lower_deg": float(low), f"{prefix}upper_deg": float(high)}
 
 
-def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
-    shape = np.full(np.shape(above), np.nan)
-    return np.divide(above, below, out=shape, where=np.asarray(below) > 0)
+def _ratio(above: ArrayLike, below: ArrayLike) -> np.ndarray:
+    """Divide; NaN where there is nothing to divide by."""
+    top, bottom = np.asarray(above, dtype=np.float64), np.asarray(below, dtype=np.float64)
+    return np.divide(top, bottom, out=np.full(top.shape, np.nan), where=bottom > 0)

@@ -55,6 +55,21 @@ FITTED: tuple[Predictor, ...] = (
 )
 
 
+# Baselines that [Li2022] Table IV names and that are not among these, with the reason.
+NOT_COMPUTED = (
+    (
+        "Li et al. 2015",
+        "its five kinematic and dynamic criteria and the weights that join them are not in the "
+        "papers at hand",
+    ),
+    (
+        "Zanchettin et al. 2013, as published",
+        "its function and numbers are not at hand; the regression on hand pose stands in for it, "
+        "fitted anew",
+    ),
+)
+
+
 @dataclass(frozen=True)
 class Computed:
     """A criterion whose answers the observations hold."""

@@ -1,0 +1,110 @@
+"""Figs 8 and 9 and Table IV of [Li2022] on recorded people, as sections of a report."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from selfmotion.report.html import Picture, Section, Table
+from selfmotion.report.prediction_figures import EFFORT_COLOUR
+from selfmotion.report.theme import BASELINE, INK, new_figure, themed, words
+from selfmotion.studies.li2022_people import LiOnPeople
+
+
+def people_sections(found: LiOnPeople) -> list[Section]:
+    """Show the figures and the table on people."""
+    return [
+        Section(
+            "On recorded people",
+            words=(
+                "The law is least muscle effort against gravity alone, on the arm scaled to each "
+                "person, for the hand poses of their own movements. Published errors come from "
+                "other people and tasks.",
+            ),
+            pictures=(
+                Picture(
+                    places_figure(found.places),
+                    "As Fig 8: mean absolute error at the places of the hands, from the shoulder.",
+                    "Error of the swivel angle by place of the wrist, from above and the side",
+                ),
+                Picture(
+                    trials_figure(found.trials, found.coordinates),
+                    "As Fig 9: natural and replicated angle, the errors, and the errors of the "
+                    "coordinates (mean and standard deviation).",
+                    "Natural and replicated angles, histogram of errors, errors by coordinate",
+                ),
+            ),
+            tables=(
+                Table(
+                    found.table_iv,
+                    "Table IV beside ours (deg): mean ± standard deviation over moments, and mean "
+                    "over people with its 95 % interval.",
+                ),
+            ),
+        )
+    ]
+
+
+@themed
+def places_figure(places: pd.DataFrame) -> Figure:
+    """Draw the error at each place of the wrist, seen from above and from the right (Fig 8)."""
+    figure, axes = new_figure(1, 2, size=(7.2, 3.4))
+    x, y, z = (100.0 * places[f"wrist_{k}_m"].to_numpy(dtype=float) for k in "xyz")
+    error = places["error_deg"].to_numpy(dtype=float)
+    drawn = None
+    for ax, (across, up), names in (
+        (axes[0, 0], (x, y), ("to the side", "forward")),
+        (axes[0, 1], (y, z), ("forward", "up")),
+    ):
+        drawn = ax.scatter(across, up, c=error, cmap="viridis", vmin=0.0, s=26, edgecolors="none")
+        ax.plot(0.0, 0.0, "+", color=INK, markersize=9)
+        ax.annotate("shoulder", (0.0, 0.0), (4, 4), textcoords="offset points", fontsize=8)
+        ax.set_xlabel(f"{names[0]} (cm)")
+        ax.set_ylabel(f"{names[1]} (cm)")
+        ax.set_aspect("equal", adjustable="datalim")
+    axes[0, 0].set_title("from above")
+    axes[0, 1].set_title("from the side")
+    if drawn is not None:
+        figure.colorbar(drawn, ax=list(axes.flat), label="mean absolute error (deg)", shrink=0.9)
+    return figure
+
+
+@themed
+def trials_figure(trials: pd.DataFrame, coordinates: pd.DataFrame) -> Figure:
+    """Draw angles by moment, the histogram of errors and the coordinates' errors (Fig 9)."""
+    figure, axes = new_figure(3, 1, size=(7.2, 7.6))
+    above, middle, below = axes[:, 0]
+    order = trials.sort_values(["kind", "subject", "trial"]).reset_index(drop=True)
+    above.plot(order["natural_deg"], ".", color=INK, markersize=4, label="natural")
+    above.plot(order["predicted_deg"], ".", color=EFFORT_COLOUR, markersize=4, label="least effort")
+    for place in np.flatnonzero(order["kind"].to_numpy()[1:] != order["kind"].to_numpy()[:-1]):
+        above.axvline(place + 0.5, color=BASELINE, linewidth=0.7)
+    for kind, part in order.groupby("kind", sort=False):
+        above.annotate(
+            words(str(kind)),
+            (float(np.mean(part.index.to_numpy())), 1.0),
+            xycoords=("data", "axes fraction"),
+            ha="center",
+            va="top",
+            fontsize=7.5,
+        )
+    above.margins(y=0.18)
+    above.set_xlabel("moment")
+    above.set_ylabel("swivel angle (deg)")
+    above.set_title("A  natural and replicated")
+    above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    size = np.abs(order["error_deg"].to_numpy(dtype=float))
+    size = size[np.isfinite(size)]
+    middle.hist(size, bins=np.arange(0.0, max(size.max(initial=5.0), 5.0) + 5.0, 5.0), color=INK)
+    middle.set_xlabel("absolute error of the swivel angle (deg)")
+    middle.set_ylabel("moments")
+    middle.set_title("B  errors")
+    names = [words(name) for name in coordinates["coordinate"]]
+    mean = coordinates["mean_deg"].to_numpy(dtype=float)
+    spread = coordinates["sd_deg"].fillna(0.0).to_numpy(dtype=float)
+    below.bar(names, mean, color=EFFORT_COLOUR, width=0.6)
+    below.errorbar(names, mean, yerr=spread, fmt="none", ecolor=INK, capsize=3, linewidth=1.0)
+    below.set_ylim(bottom=0.0)
+    below.set_ylabel("absolute error (deg)")
+    below.set_title("C  by coordinate")
+    below.tick_params(axis="x", labelrotation=20)
+    return figure
