@@ -1,5 +1,6 @@
 """Vicon Nexus CSV: what real exports do, and what is refused."""
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from selfmotion.errors import FileFormatError, SelfmotionError
-from selfmotion.motion.files.vicon_csv import read_vicon_csv
-from selfmotion.motion.labels import Frame
+from selfmotion.errors import FileFormatError, RangeError, SelfmotionError
+from selfmotion.motion.files import load_markers
+from selfmotion.motion.files.vicon_csv import read_vicon_csv, write_vicon_csv
+from selfmotion.motion.labels import Frame, Labels
+from selfmotion.motion.markers import MarkerSet
 
 DATA = Path(__file__).parents[3].joinpath("shared", "data", "ue_adl")
 
@@ -110,3 +113,41 @@ def test_the_reaching_recordings_read():
     assert static.rate == pytest.approx(100.0) and not static.missing().any()
     gone = {trial.names[i] for i in np.flatnonzero(np.isnan(trial.positions).all(axis=(0, 2)))}
     assert gone == {side + mark for side in "RL" for mark in ("GTH", "LEP", "MEP", "SPR", "SPU")}
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(st.integers(2, 30), st.integers(1, 4), st.sampled_from(["mm", "cm", "m"]), st.integers(0, 9))
+def test_what_is_written_is_read_back(n_samples, n_markers, unit, seed):
+    rng = np.random.default_rng(seed)
+    positions = rng.normal(size=(n_samples, n_markers, 3))
+    positions[rng.random((n_samples, n_markers)) < 0.3] = np.nan
+    first = int(rng.integers(0, 50))
+    rate = float(rng.choice([60.0, 69.9, 100.0, 1000.0]))
+    seen = MarkerSet(
+        (first + np.arange(n_samples)) / rate,
+        tuple(f"M{i}" for i in range(n_markers)),
+        positions,
+        Frame("z", "y"),
+        Labels(subject="P1"),
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_vicon_csv(Path(folder, "x.csv"), seen, unit=unit)
+        back = read_vicon_csv(path, frame=Frame("z", "y"))
+        assert load_markers(path).names == seen.names
+    assert back.names == seen.names and back.labels == seen.labels and back.frame == seen.frame
+    np.testing.assert_allclose(back.time, seen.time, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(back.positions, positions, rtol=1e-15)
+
+
+def test_frames_turn_on_the_way_and_uneven_times_are_refused(tmp_path):
+    seen = MarkerSet(
+        np.arange(3) / 50, ("A",), np.tile([1.0, 2.0, 3.0], (3, 1, 1)), Frame("z", "y")
+    )
+    path = write_vicon_csv(tmp_path / "x.csv", seen, frame=Frame("y", "x"))
+    assert read_vicon_csv(path).point("A")[0].tolist() == [2.0, 3.0, 1.0]
+    for time in ([0.0, 0.01, 0.05], [-1.0, -0.9, -0.8], [0.004, 0.014, 0.024]):
+        uneven = MarkerSet(np.array(time), ("A",), np.ones((3, 1, 3)))
+        with pytest.raises(RangeError, match="no whole frame"):
+            write_vicon_csv(tmp_path / "y.csv", uneven)
+    with pytest.raises(RangeError, match="one sample"):
+        write_vicon_csv(tmp_path / "y.csv", seen.window(0, 1))

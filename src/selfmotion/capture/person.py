@@ -21,7 +21,7 @@ from selfmotion.capture.marker_guides import attach_to_bodies, guide_model
 from selfmotion.capture.marker_ik import MarkerIk, MarkerModel, solve_marker_ik
 from selfmotion.capture.protocol import REACHING, Protocol
 from selfmotion.capture.scaling import SEGMENTS, place_shoulder, scale_arm, segment_lengths
-from selfmotion.capture.views import CENTRES, View, see_landmark
+from selfmotion.capture.views import CENTRES, View, place_in_cluster, see_landmark
 from selfmotion.errors import NotFiniteError, RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.chain import GROUND
@@ -187,10 +187,7 @@ def prepare(markers: MarkerSet, protocol: Protocol, options: CaptureOptions) -> 
 
     Markers that the protocol does not name are left out.
     """
-    wanted = {name for group in protocol.clusters.values() for name in group}
-    wanted |= {*protocol.landmarks.values(), *protocol.lateral}
-    known = markers if markers.frame.known else replace(markers, frame=protocol.frame)
-    part = known.select([name for name in known.names if name in wanted]).in_frame(Frame())
+    part = protocol.select(markers).in_frame(Frame())
     positions = part.positions
     if part.n_samples > 1:
         flat = positions.reshape(part.n_samples, -1)
@@ -248,20 +245,20 @@ def trunk_frame(
 def _priors(scene: _Scene, trunk: Transform) -> dict[str, Prior]:
     """Say where the joint centres are thought to be from the bony landmarks."""
     names = scene.names
-    mark = {k: _static_mean(scene.static, v) for k, v in names.landmarks.items()}
-    pose = scene.rest["trunk"]
-    axes = _mean_rotation(pose.rotation[np.isfinite(pose.residual)]) @ trunk[:3, :3]
+    mark = {k: _static_path(scene.static, v) for k, v in names.landmarks.items()}
+    axes = scene.rest["trunk"].rotation @ trunk[:3, :3]
+    right, rest = axes[:, :, 0], axes[:, :, 1:]
     out, forward, up = names.shoulder
-    sideways = axes[:, 0] * np.sign((mark["acromion"] - mark["sternum"]) @ axes[:, 0])
+    across = np.einsum("ki,ki->k", mark["acromion"] - mark["sternum"], right)
+    outwards = right * np.sign(np.nanmedian(across))
     thought = {
-        "shoulder": mark["acromion"] + out * sideways + axes[:, 1:] @ [forward, up],
+        "shoulder": mark["acromion"] + out * outwards + rest @ [forward, up],
         "elbow": 0.5 * (mark["lateral_epicondyle"] + mark["medial_epicondyle"]),
         "wrist": 0.5 * (mark["radial_styloid"] + mark["ulnar_styloid"]),
     }
     priors = {}
     for joint, pair in CENTRES.items():
-        path = np.tile(thought[joint], (scene.static.n_samples, 1))
-        first, second = (np.nanmean(scene.rest[k].bring_in(path), axis=0) for k in pair)
+        first, second = (place_in_cluster(thought[joint], scene.rest[k]) for k in pair)
         deviation = names.shoulder_deviation if joint == "shoulder" else names.limb_deviation
         priors[joint] = Prior(first, second, deviation, noise=VIEW_NOISE)
     return priors
@@ -288,9 +285,8 @@ def _views(
             for k, place in zip(pair, places, strict=True)
         )
     for landmark, k in CARRIED_BY.items():
-        mean = _static_mean(scene.static, scene.names.landmarks[landmark])
-        path = np.tile(mean, (scene.static.n_samples, 1))
-        local = np.nanmean(scene.rest[k].bring_in(path), axis=0)
+        path = _static_path(scene.static, scene.names.landmarks[landmark])
+        local = place_in_cluster(path, scene.rest[k])
         views[landmark] = (View.of(scene.clusters[k], local, noise[k], 0.0),)
     return views
 
@@ -385,11 +381,11 @@ def ground_from_trunk(arm: Arm) -> Float[np.ndarray, "3 3"]:
     return np.stack([np.cross(arm.forward, arm.up), arm.forward, arm.up], axis=1)
 
 
-def _static_mean(static: MarkerSet, name: str) -> np.ndarray:
+def _static_path(static: MarkerSet, name: str) -> Float[np.ndarray, "samples 3"]:
     path = static.point(name)
     if np.isnan(path).all():
         raise NotFiniteError(f"{static.name}: marker {name} was not seen in the static trial")
-    return np.nanmean(path, axis=0)
+    return path
 
 
 def _mean_rotation(rotations: Float[np.ndarray, "samples 3 3"]) -> Float[np.ndarray, "3 3"]:

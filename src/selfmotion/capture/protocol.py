@@ -9,8 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from selfmotion.errors import FileFormatError, unknown_name
+from selfmotion.errors import FileFormatError, UnknownNameError, unknown_name
 from selfmotion.motion.labels import Frame
+from selfmotion.motion.markers import MarkerSet, without_prefix_of
 
 CLUSTERS = ("trunk", "shoulder", "upper_arm", "forearm", "hand")
 LANDMARKS = (
@@ -44,6 +45,7 @@ class Protocol:
             third metacarpal (m).
         limb_deviation: standard deviation of the functional centres of elbow and wrist from the
             middle between their bony landmarks (m).
+        sides: arms that carry the markers.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Protocol:
     shoulder_deviation: float = 0.03
     knuckle_radial: float = 0.0
     limb_deviation: float = 0.02
+    sides: tuple[str, ...] = ("right", "left")
 
     def __post_init__(self) -> None:
         """Check that every cluster and landmark is named."""
@@ -72,11 +75,35 @@ class Protocol:
                     f"marker protocol {self.name}: no {kind} {', '.join(missing)}"
                 )
 
+    def markers(self) -> set[str]:
+        """Give the names of all markers."""
+        clustered = {name for group in self.clusters.values() for name in group}
+        return clustered | {*self.landmarks.values(), *self.lateral}
+
+    def select(self, markers: MarkerSet) -> MarkerSet:
+        """Keep the markers of the protocol, in its frame where the file tells none.
+
+        Raises:
+            UnknownNameError: none of them is there.
+            RangeError: those of two people are.
+        """
+        wanted = self.markers()
+        seen = without_prefix_of(markers, wanted)
+        kept = [name for name in seen.names if name in wanted]
+        if not kept:
+            raise UnknownNameError(
+                f"{markers.name}: none of the markers of protocol {self.name} "
+                f"({', '.join(sorted(wanted)[:6])}, ...); there are "
+                f"{', '.join(seen.names[:6])}, ..."
+            )
+        known = seen if seen.frame.known else replace(seen, frame=self.frame)
+        return known.select(kept)
+
     def for_side(self, side: str) -> "Protocol":
         """Fill in the letters of a side.
 
         Raises:
-            UnknownNameError: the side is neither right nor left.
+            UnknownNameError: the side is neither right nor left, or carries no markers.
 
         Example:
             >>> REACHING.for_side("left").landmarks["acromion"]
@@ -84,6 +111,8 @@ class Protocol:
         """
         if side not in SIDES:
             raise unknown_name("side", side, tuple(SIDES))
+        if side not in self.sides:
+            raise unknown_name(f"side of marker protocol {self.name}", side, self.sides)
         letter = SIDES[side]
         other = "L" if letter == "R" else "R"
 
@@ -127,6 +156,18 @@ REACHING = Protocol(
     knuckle_radial=0.02,
 )
 PROTOCOLS = {"reaching": REACHING}
+# Those of other laboratories stand beside this file, one TOML each.
+FOLDER = Path(__file__).parent / "protocols"
+
+
+def protocol_names() -> tuple[str, ...]:
+    """List the protocols that come with the library.
+
+    Example:
+        >>> "reaching" in protocol_names()
+        True
+    """
+    return (*PROTOCOLS, *sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
 def load_protocol(name: str | Path) -> Protocol:
@@ -135,17 +176,24 @@ def load_protocol(name: str | Path) -> Protocol:
     The file has the tables ``[clusters]`` and ``[landmarks]``, the key ``lateral = [LEFT, RIGHT]``
     and, where they differ from the defaults, ``frame = {up = "z", forward = "y"}``,
     ``sternoclavicular``, ``shoulder``, ``shoulder_deviation``, ``limb_deviation`` and
-    ``knuckle_radial`` (m).
+    ``knuckle_radial`` (m), ``sides``, and a table ``[lacking]``: landmark to the reason why the
+    laboratory has no marker for it, which is then said.
 
     Raises:
         UnknownNameError: no protocol of that name.
         FileFormatError: the file cannot be read, or lacks something.
+
+    Example:
+        >>> load_protocol("reaching").landmarks["sternum"]
+        'STRN'
     """
     if str(name) in PROTOCOLS:
         return PROTOCOLS[str(name)]
     path = Path(name)
     if path.suffix.lower() != ".toml":
-        raise unknown_name("marker protocol", str(name), (*PROTOCOLS, "FILE.toml"))
+        if str(name) not in protocol_names():
+            raise unknown_name("marker protocol", str(name), (*protocol_names(), "FILE.toml"))
+        path = FOLDER / f"{name}.toml"
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -156,12 +204,18 @@ def load_protocol(name: str | Path) -> Protocol:
 
 
 def _from_table(path: Path, table: dict) -> Protocol:
-    known = {*Protocol.__dataclass_fields__}
+    known = {*Protocol.__dataclass_fields__, "lacking"}
     for key in table:
         if key not in known:
             raise unknown_name(f"key of {path}", key, tuple(sorted(known)))
+    lacking = table.get("lacking")
+    if isinstance(lacking, dict) and lacking:
+        why = "; ".join(f"{name} ({reason})" for name, reason in lacking.items())
+        raise FileFormatError(f"marker protocol {path.stem}: no landmark {why}")
     try:
-        values = dict(table)
+        values = {k: v for k, v in table.items() if k != "lacking"}
+        if "sides" in table:
+            values["sides"] = tuple(map(str, table["sides"]))
         values["name"] = str(table.get("name", path.stem))
         values["clusters"] = {k: tuple(map(str, v)) for k, v in table["clusters"].items()}
         values["landmarks"] = {k: str(v) for k, v in table["landmarks"].items()}

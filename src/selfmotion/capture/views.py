@@ -37,6 +37,25 @@ class View:
         return cls(cluster.name, local, covariance)
 
 
+def place_in_cluster(
+    path: Float[np.ndarray, "samples 3"], pose: ClusterPose
+) -> Float[np.ndarray, "3"]:
+    """Give the mean place (m) of a landmark in a cluster's frame, in a static trial.
+
+    Samples count in which both were seen, so that the person may move. Where there are none, the
+    landmark's mean place counts, as of a person who keeps still.
+
+    Example:
+        >>> still = ClusterPose(np.eye(3)[None], np.zeros((1, 3)), np.zeros(1))
+        >>> place_in_cluster(np.array([[0.1, 0.0, 0.2]]), still).tolist()
+        [0.1, 0.0, 0.2]
+    """
+    local = pose.bring_in(path)
+    if np.isnan(local).any(axis=1).all():
+        local = pose.bring_in(np.tile(np.nanmean(path, axis=0), (len(path), 1)))
+    return np.nanmean(local, axis=0)
+
+
 def see_landmark(views: Sequence[View], poses: Mapping[str, ClusterPose]) -> Fused:
     """Fuse what all clusters say of a landmark, in the axes of the laboratory."""
     paths, covariances = [], []

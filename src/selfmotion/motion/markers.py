@@ -3,7 +3,7 @@
 Units are metres and seconds; NaN marks a marker that was not seen. The frame is part of the data.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, no_type_check
 
@@ -173,6 +173,40 @@ def without_prefix(names: Sequence[str]) -> tuple[tuple[str, ...], str | None]:
     if len(prefixes) != 1:
         return tuple(names), None
     return tuple(bare for _, _, bare in parts), prefixes.pop()
+
+
+def without_prefix_of(markers: MarkerSet, wanted: Collection[str]) -> MarkerSet:
+    """Take a subject's prefix off where other markers (of an object, say) have another one.
+
+    Markers wanted that are there as they are named stay so.
+
+    Raises:
+        RangeError: two prefixes both have markers that are wanted: two people.
+
+    Example:
+        >>> seen = MarkerSet(np.zeros(1), ("box:A", "P1:STRN"), np.zeros((1, 2, 3)))
+        >>> found = without_prefix_of(seen, {"STRN"})
+        >>> found.names, found.labels.subject
+        (('box:A', 'STRN'), 'P1')
+    """
+    parts = [name.rpartition(":") for name in markers.names]
+    missing = {*wanted} - {*markers.names}
+    prefixes = sorted({prefix for prefix, colon, bare in parts if colon and bare in missing})
+    if not prefixes:
+        return markers
+    if len(prefixes) > 1:
+        raise RangeError(
+            f"{markers.name}: markers of {' and '.join(prefixes[:2])} beside each other; one "
+            "person is needed"
+        )
+    names = tuple(
+        bare if prefix == prefixes[0] and bare in missing else name
+        for name, (prefix, _, bare) in zip(markers.names, parts, strict=True)
+    )
+    labels = markers.labels
+    if labels.subject is None:
+        labels = replace(labels, subject=prefixes[0])
+    return replace(markers, names=names, labels=labels)
 
 
 def _check_names(source: str, names: tuple[str, ...]) -> None:

@@ -2,7 +2,8 @@
 
 The section "Trajectories" holds: the rate, a line of marker labels (three columns each, with the
 subject's prefix), Frame and Sub Frame, the units, one row a frame. Other sections (devices, model
-outputs, joints) are passed over. The file does not say which way the axes point: the caller does.
+outputs, joints) are passed over, and not written. The file does not say which way the axes point:
+the caller does.
 """
 
 from dataclasses import replace
@@ -10,14 +11,17 @@ from pathlib import Path
 
 import numpy as np
 
-from selfmotion.errors import FileFormatError
-from selfmotion.motion.files.numeric_rows import scale_to_metres
+from selfmotion.errors import FileFormatError, RangeError
+from selfmotion.motion.files.numeric_rows import METRES, scale_to_metres
 from selfmotion.motion.files.table import read_text
 from selfmotion.motion.files.trc import LengthUnit
 from selfmotion.motion.labels import UNKNOWN_FRAME, Frame, Labels
 from selfmotion.motion.markers import MarkerSet, without_prefix
+from selfmotion.writing import write_whole
 
 SECTION = "trajectories"
+# Share of a frame by which a time may differ from its frame's, from rounding.
+FRAME_ROUNDING = 1e-3
 LEAD = 2  # the columns Frame and Sub Frame
 
 
@@ -72,6 +76,75 @@ def read_vicon_csv(
         str(path),
     )
     return found if labels is None else replace(found, labels=labels)
+
+
+def write_vicon_csv(
+    path: str | Path,
+    markers: MarkerSet,
+    *,
+    unit: LengthUnit = "mm",
+    frame: Frame | None = None,
+) -> Path:
+    """Write marker trajectories as Vicon Nexus does; whole or not at all.
+
+    Numbers keep every digit. Time is written as frame numbers from 1, so it must be evenly spaced
+    and start at a whole frame. The label `subject` becomes the prefix; others have no place.
+
+    Args:
+        path: the file.
+        markers: what to write.
+        unit: unit of length in the file.
+        frame: axes to turn the positions into; left out: as they are.
+
+    Raises:
+        RangeError: the samples are not evenly spaced in time, or fewer than two; or a frame is
+            asked for and that of the markers is not known.
+
+    Example:
+        >>> import tempfile
+        >>> where = Path(tempfile.mkdtemp(), "reach.csv")
+        >>> seen = MarkerSet(np.arange(3) / 100, ("STRN",), np.full((3, 1, 3), 0.5))
+        >>> read_vicon_csv(write_vicon_csv(where, seen)).point("STRN")[2].tolist()
+        [0.5, 0.5, 0.5]
+    """
+    turned = markers if frame is None else markers.in_frame(frame)
+    rate, first = _frame_numbers(turned)
+    prefix = f"{turned.labels.subject}:" if turned.labels.subject else ""
+    lines = [
+        ["Trajectories"],
+        [repr(rate)],
+        ["", "", *(cell for name in turned.names for cell in (prefix + name, "", ""))],
+        ["Frame", "Sub Frame", *("XYZ" * turned.n_markers)],
+        ["", "", *([unit] * 3 * turned.n_markers)],
+    ]
+    flat = (turned.positions / METRES[unit]).reshape(turned.n_samples, -1)
+    for i, row in enumerate(flat.tolist()):
+        cells = ["" if value != value else repr(value) for value in row]
+        lines.append([str(first + i), "0", *cells])
+    return write_whole(path, "".join(",".join(cells) + "\n" for cells in lines))
+
+
+def _frame_numbers(markers: MarkerSet) -> tuple[float, int]:
+    """Give the rate (Hz) and the first frame's number.
+
+    Raises:
+        RangeError: frame numbers cannot tell the times.
+    """
+    rate = markers.rate
+    if rate is None:
+        raise RangeError(f"{markers.name}: one sample; a rate needs two")
+    near = round(rate, 6)  # 100.00000000000001 is 100
+    rate = near if abs(near - rate) < 1e-9 * rate else rate
+    frames = markers.time * rate + 1.0
+    first = round(float(frames[0]))
+    off = np.abs(frames - first - np.arange(len(frames)))
+    if first < 1 or off.max() > FRAME_ROUNDING:
+        at = int(np.argmax(off))
+        raise RangeError(
+            f"{markers.name}: time[{at}] = {markers.time[at]:g} s is no whole frame at {rate:g} Hz "
+            "(frames are numbered from 1 at 0 s); resample it evenly"
+        )
+    return rate, first
 
 
 def _section_start(path: str | Path, lines: list[str]) -> int:
