@@ -140,9 +140,7 @@ def subject_schema() -> bytes:
     for definition in tree["$defs"].values():
         definition["description"] = inspect.cleandoc(definition.get("description", ""))
         for entry in definition["properties"].values():
-            if isinstance(entry.get("default"), list) and any(
-                isinstance(v, float) and math.isinf(v) for v in entry["default"]
-            ):
+            if entry.get("default") == [None, None]:
                 del entry["default"]  # JSON has no word for an open side
     tree = {"$schema": "https://json-schema.org/draft/2020-12/schema", **tree}
     return msgspec.json.format(msgspec.json.encode(tree)) + b"\n"

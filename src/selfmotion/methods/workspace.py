@@ -11,6 +11,7 @@ and the lost region is a set of points of its own.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -123,6 +124,15 @@ class Workspace:
         It lies above the volume wherever there are hollows, and it does not respect the body: what
         `blocked` takes out of the volume lies within the hull and counts there.
         """
+        if name not in self._hulls:
+            self._hulls[name] = self._hull_volume(name)
+        return self._hulls[name]
+
+    @cached_property
+    def _hulls(self) -> dict[str, float]:
+        return {}
+
+    def _hull_volume(self, name: str) -> float:
         from scipy.spatial import ConvexHull
 
         region = self.regions[name]

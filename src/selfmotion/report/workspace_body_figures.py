@@ -35,7 +35,7 @@ from selfmotion.report.workspace_words import bound_title, joint_title
 KEPT, LOST = TASK, NULL
 LABELS = {RIGHT: "to the right (cm)", FORWARD: "forward (cm)", UP: "up (cm)"}
 # Cells of a picture of a cut, and of the body's outline in it (m).
-CELL, OUTLINE_CELL = 0.01, 0.005
+CELL, OUTLINE_CELL = 0.01, 0.01
 # Beyond the last point of a cut (m).
 AROUND = 0.05
 COLUMNS = 3
@@ -200,12 +200,12 @@ def _body(ax: Axes, cut: PlaneCut, body: BodyShapes, cut_out: bool) -> None:
     """Draw the body where a slice meets it; from the side and the front, its outline."""
     a, b = _plane(cut)
     low, high = ax.get_xlim(), ax.get_ylim()
-    x = np.arange(1e-2 * low[0] - 0.6, 1e-2 * low[1] + 0.6, OUTLINE_CELL)
-    y = np.arange(1e-2 * high[0] - 0.3, 1e-2 * high[1] + 0.3, OUTLINE_CELL)
+    x = np.arange(1e-2 * low[0] - 0.2, 1e-2 * low[1] + 0.2, OUTLINE_CELL)
+    y = np.arange(1e-2 * high[0] - 0.2, 1e-2 * high[1] + 0.2, OUTLINE_CELL)
     X, Y = np.meshgrid(x, y)
     depth = [cut.at]
     if cut.across != UP:  # a silhouette: the nearest of several planes through the trunk
-        depth = np.linspace(-0.25, 0.25, 15).tolist()
+        depth = np.linspace(-0.24, 0.24, 9).tolist()
     distance = np.full(X.size, np.inf)
     for at in depth:
         local = np.empty((X.size, 3))

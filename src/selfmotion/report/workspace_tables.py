@@ -112,13 +112,15 @@ def volume_frame(space: Workspace, person: PagePerson) -> pd.DataFrame:
     free = space.regions["free"]
     rows = []
     for name, region in space.regions.items():
-        hull = f"{1e6 * space.hull_volume(name):,.0f}".replace(",", THIN_SPACE)
+        hull = "–"
+        if name != "lost":
+            hull = f"{1e6 * space.hull_volume(name):,.0f}".replace(",", THIN_SPACE)
         rows.append(
             {
                 "": set_title(name, person),
                 "volume (cm³)": cm3(region.volume, region.standard_error),
                 "share": "100 %" if region is free else percent(region, free),
-                "hull (cm³)": "–" if name == "lost" else hull,
+                "hull (cm³)": hull,
             }
         )
     return pd.DataFrame(rows)

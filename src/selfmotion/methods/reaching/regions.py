@@ -197,6 +197,8 @@ def decide_way(
     A point that was first reached the other way is tried again from postures that go this way and
     have the hand near.
     """
+    from scipy.spatial import KDTree
+
     reach = screen.decide(points, options=reach_options(threads=threads))
     if way == "any" or not reach.reachable.any():
         return reach.reachable.copy()
@@ -213,12 +215,15 @@ def decide_way(
     postures = postures[goes(postures)]
     hands = tip_positions(arm.chain, postures, [arm.tip(screen.task.landmark)])[:, 0]
     once = IkOptions(position_tolerance=REACHED, restarts=0, threads=threads)
-    for k in range(min(STARTS, len(postures))):
+    count = min(STARTS, len(postures))
+    if not count:
+        return out
+    order = np.reshape(KDTree(hands).query(points, k=count)[1], (len(points), count))
+    for k in range(count):
         todo = np.flatnonzero(reach.reachable & ~out)
         if not len(todo):
             break
-        away = np.linalg.norm(points[todo][:, None] - hands[None], axis=2)
-        start = postures[np.argpartition(away, k, axis=1)[:, k]]
+        start = postures[order[todo, k]]
         found = solve_ik(screen.task, points[todo], start=start, options=once)
         good = found.solved.copy()
         good[good] = goes(found.q[good])
