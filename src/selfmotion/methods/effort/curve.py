@@ -28,6 +28,11 @@ SAFETY = 2.0
 # Gaps are not halved below this (rad along the curve, about 0.01 degrees of swivel).
 SMALLEST_GAP = 5e-4
 MAX_ROUNDS = 24
+# With more gaps than this over which a path jumps, it is rough (wraps that are solved for
+# approximately): jumps are then followed to gaps of a quarter of a degree of swivel, and farther
+# only where they may hide the least effort.
+MANY_JUMPS = 8
+ROUGH_GAP = 0.012
 # Effort is raised by this for each N m that no activation gives, so that held postures win.
 _PENALTY = 1e3
 # Unexplained change of a path's length between two samples that makes a jump (m): less than the
@@ -115,7 +120,7 @@ class _Sampler:
     def unexplained(self) -> np.ndarray:
         """Give what moment arms leave of the change in length between samples, (K - 1, M)."""
         out = np.empty((len(self.arc) - 1, self.lengths.shape[1]))
-        _all_unexplained(self.arc, self.lengths, self.slopes, out)
+        _unexplained(self.arc, self.lengths, self.slopes, out)
         return out
 
 
@@ -160,14 +165,13 @@ def effort_curve(
 def _next_places(sampler: _Sampler, tolerance: float, best: float) -> np.ndarray:
     """Give places where effort should be known too: middles of doubtful gaps, vertices."""
     places = np.empty(2 * len(sampler.arc))
-    count = _doubts(
-        sampler.arc, sampler.effort, sampler.lengths, sampler.slopes, tolerance, best, places
-    )
+    jump = (sampler.unexplained() > JUMP).any(axis=1)
+    count = _doubts(sampler.arc, sampler.effort, jump, tolerance, best, places)
     return np.unique(places[:count])
 
 
 @njit(cache=True)
-def _doubts(s, E, lengths, slopes, tolerance, best, places):
+def _doubts(s, E, jump, tolerance, best, places):
     """Fill places with what `_next_places` gives; returns how many there are."""
     n = s.shape[0]
     least = best
@@ -180,6 +184,7 @@ def _doubts(s, E, lengths, slopes, tolerance, best, places):
         second[i] = abs(2.0 * ((E[i + 1] - E[i]) / b - (E[i] - E[i - 1]) / a) / (a + b))
     if n > 2:
         second[0], second[n - 1] = second[1], second[n - 2]
+    few = jump.sum() <= MANY_JUMPS
     dip, taken = np.empty(n - 1), np.zeros(n - 1, np.bool_)
     count = 0
     for i in range(n - 1):
@@ -188,8 +193,13 @@ def _doubts(s, E, lengths, slopes, tolerance, best, places):
         dip[i] = SAFETY * max(second[i], second[i + 1]) * gap * gap / 8.0
         low = min(E[i], E[i + 1]) - dip[i]
         taken[i] = low < least - allowed and gap > 2.0 * SMALLEST_GAP
-        if not taken[i] and gap > 4.0 * SMALLEST_GAP:
-            taken[i] = _jumps(gap, lengths[i], lengths[i + 1], slopes[i], slopes[i + 1])
+        if jump[i] and gap > 4.0 * SMALLEST_GAP:
+            # On either side of a jump effort goes on as it does beside the gap.
+            steep = abs(E[i] - E[i - 1]) / (s[i] - s[i - 1]) if i > 0 else 0.0
+            if i + 2 < n:
+                steep = max(steep, abs(E[i + 2] - E[i + 1]) / (s[i + 2] - s[i + 1]))
+            low = min(E[i], E[i + 1]) - SAFETY * steep * gap
+            taken[i] = taken[i] or few or gap > ROUGH_GAP or low < least - allowed
         if taken[i]:
             places[count] = 0.5 * (s[i] + s[i + 1])
             count += 1
@@ -209,27 +219,29 @@ def _doubts(s, E, lengths, slopes, tolerance, best, places):
 
 
 @njit(cache=True)
-def _unexplained(gap, before, after, slope, next_slope, m):
-    """Give what moment arms leave of the change in length of path m over a gap (m)."""
-    left = abs(after[m] - before[m] - 0.5 * gap * (slope[m] + next_slope[m]))
-    # A smooth path leaves h^3 l'''/12; what the change of slope itself explains is let pass.
-    return max(left - 0.1 * gap * abs(next_slope[m] - slope[m]), 0.0)
+def _unexplained(s, lengths, slopes, out):
+    """Fill out (K - 1, M): what leaves the change in length over a gap unexplained (m).
 
-
-@njit(cache=True)
-def _jumps(gap, before, after, slope, next_slope):
-    for m in range(before.shape[0]):
-        if _unexplained(gap, before, after, slope, next_slope, m) > JUMP:
-            return True
-    return False
-
-
-@njit(cache=True)
-def _all_unexplained(s, lengths, slopes, out):
-    for i in range(out.shape[0]):
-        for m in range(out.shape[1]):
-            gap = s[i + 1] - s[i]
-            out[i, m] = _unexplained(gap, lengths[i], lengths[i + 1], slopes[i], slopes[i + 1], m)
+    Moment arms explain most. Where they are not minus the derivative of length (OpenSim's moving
+    path points and ellipsoids), the rest goes on from gap to gap at one rate, and a jump does not:
+    so the lesser of what arms leave, and what arms and the rate in a gap beside it leave.
+    """
+    n_gaps, n_muscles = out.shape
+    for i in range(n_gaps):
+        gap = s[i + 1] - s[i]
+        for m in range(n_muscles):
+            slope, ahead = slopes[i, m], slopes[i + 1, m]
+            left = lengths[i + 1, m] - lengths[i, m] - 0.5 * gap * (slope + ahead)
+            least = abs(left)
+            for j in (i - 1, i + 1):
+                # A smooth path leaves h^3 l'''/12 of what moment arms explain.
+                if least > JUMP and 0 <= j < n_gaps:
+                    other = s[j + 1] - s[j]
+                    rest = lengths[j + 1, m] - lengths[j, m]
+                    rest -= 0.5 * other * (slopes[j, m] + slopes[j + 1, m])
+                    least = min(least, abs(left - gap / other * rest))
+            # What the change of slope itself explains is let pass.
+            out[i, m] = max(least - 0.1 * gap * abs(ahead - slope), 0.0)
 
 
 @njit(cache=True)
