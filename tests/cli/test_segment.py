@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from tests.cli.running import Capture, answered, refused
@@ -31,3 +33,35 @@ def test_a_broken_file_has_a_status_and_the_rest_goes_on(tmp_path: Path, capsys:
 
 def test_wrong_shares_are_refused(capsys: Capture):
     assert "share = 2" in refused(capsys, "segment", DRINK, "--marker", "RFB", "--share", "2")
+
+
+def test_movement_and_strokes_come_over_0_to_100_percent(tmp_path: Path, capsys: Capture):
+    words = ("segment", DRINK, "--marker", "RFB", "--out", tmp_path)
+    (movement,) = answered(capsys, *words, "--points", "51")["movements"]
+    table = pd.read_csv(tmp_path / "normalised.csv")
+    assert list(dict.fromkeys(table["part"])) == ["movement", "stroke 1", "stroke 2"]
+    for _, part in table.groupby("part"):
+        assert part["percent"].tolist() == np.linspace(0.0, 100.0, 51).tolist()
+    whole = table.loc[table["part"] == "movement"]
+    assert whole["time"].iloc[0] == pytest.approx(movement["onset_s"])
+    assert whole["time"].iloc[-1] == pytest.approx(movement["offset_s"])
+    # The hand comes back to where it began, and is fastest in the strokes.
+    places = whole[["RFB_x_m", "RFB_y_m", "RFB_z_m"]].to_numpy(float)
+    assert np.linalg.norm(places[-1] - places[0]) < 0.05
+    assert whole["speed_m_s"].max() == pytest.approx(
+        max(s["peak_speed"] for s in movement["strokes"]), rel=0.05
+    )
+    answered(capsys, *words, "--points", "51", "--format", "parquet")
+    pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "normalised.parquet"), table)
+
+
+def test_joint_angles_come_over_0_to_100_percent_too(tmp_path: Path, capsys: Capture):
+    answered(
+        capsys, "segment", ROOT / "examples/reach.csv", "--arm", "exoskeleton", "--out", tmp_path
+    )
+    table = pd.read_csv(tmp_path / "normalised.csv")
+    assert {"elbow_flexion_rad", "hand_x"} <= set(table.columns)
+
+
+def test_too_few_points_are_refused(capsys: Capture):
+    assert "--points 1" in refused(capsys, "segment", DRINK, "--marker", "RFB", "--points", "1")

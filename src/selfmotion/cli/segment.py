@@ -1,8 +1,9 @@
 """`selfmotion segment`: where movements begin and end, their strokes, and which stand apart."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -25,6 +26,7 @@ from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
+    import pandas as pd
 
     from selfmotion.motion.recording import Recording
     from selfmotion.motion.strokes import StrokeRules
@@ -96,6 +98,12 @@ def segment(
         float,
         typer.Option("--valley", help="Speed between strokes, as a share of the lower peak."),
     ] = 0.5,
+    points: Annotated[
+        int, typer.Option("--points", help="Of each movement and stroke in normalised.*, 0-100 %.")
+    ] = 101,
+    form: Annotated[
+        Literal["csv", "parquet"], typer.Option("--format", help="Of the tables in --out.")
+    ] = "csv",
     json: Json = False,
     out: Out = None,
 ) -> int:
@@ -105,19 +113,23 @@ def segment(
     from selfmotion.provenance import hash_file
 
     rules = StrokeRules(share=share, valley=valley)
+    if points < 2:
+        raise RangeError(f"--points {points}: at least 2")
     stated = Stated(length_unit, angle_unit, rate, up, forward)
     found: list[SegmentedMovement] = []
+    curves: list[pd.DataFrame] = []
+    keep = _Keep(rules, points if out is not None else 0, curves)
     if marker is None:
         from selfmotion.cli.recordings import read_study
 
         study, unread = read_study(inputs, arm=arm, task=task, cutoff=cutoff, stated=stated)
         found += [_failed(bad.file, bad.status) for bad in unread]
         for recording in study:
-            found.append(_attempt(recording.name, lambda r=recording: _of_recording(r, rules)))
+            found.append(_attempt(recording.name, lambda r=recording: _of_recording(r, keep)))
     else:
         for path in inputs:
             found.append(
-                _attempt(str(path), lambda p=path: _of_marker(p, marker, cutoff, (stated, rules)))
+                _attempt(str(path), lambda p=path: _of_marker(p, marker, cutoff, (stated, keep)))
             )
     good = [i for i, m in enumerate(found) if not m.failed]
     apart = stands_apart([found[i].length_m or 0.0 for i in good])
@@ -134,8 +146,23 @@ def segment(
     )
     text = as_text(document)
     if out is not None:
-        text += f"\nwrote {write_table(document, out)}"
+        text += "".join(f"\nwrote {path}" for path in write_tables(document, curves, out, form))
     return finish(document, text, json=json, failed=len(found) - len(good))
+
+
+@dataclass(frozen=True, eq=False)
+class _Keep:
+    """How recordings are measured, and what is kept of them for the table of curves.
+
+    Attributes:
+        rules: what counts as a stroke.
+        points: of each part over 0 to 100 %; 0: nothing is kept.
+        curves: to which each recording adds its table.
+    """
+
+    rules: "StrokeRules"
+    points: int
+    curves: "list[pd.DataFrame]"
 
 
 def _attempt(name: str, measure: Callable[[], SegmentedMovement]) -> SegmentedMovement:
@@ -160,7 +187,7 @@ def _failed(name: str, status: str) -> SegmentedMovement:
     )
 
 
-def _of_recording(recording: "Recording", rules: "StrokeRules") -> SegmentedMovement:
+def _of_recording(recording: "Recording", keep: "_Keep") -> SegmentedMovement:
     import numpy as np
 
     from selfmotion.motion.filters import with_velocities
@@ -169,33 +196,49 @@ def _of_recording(recording: "Recording", rules: "StrokeRules") -> SegmentedMove
         raise RangeError(f"{recording.name}: has no time in seconds")
     moving = with_velocities(recording)
     speed = np.linalg.norm(moving.array("xd")[:, :3], axis=1)
-    return _measured(recording.name, recording.time, speed, rules)
+    columns = {"speed_m_s": speed}
+    if moving.q is not None:
+        columns |= {f"{name}_rad": moving.q[:, i] for i, name in enumerate(moving.joints)}
+    if moving.x is not None:
+        columns |= {f"hand_{name}": moving.x[:, i] for i, name in enumerate(moving.rows)}
+    return _measured(recording.name, recording.time, columns, keep)
 
 
 def _of_marker(
-    path: Path, marker: str, cutoff: float | None, how: "tuple[Stated, StrokeRules]"
+    path: Path, marker: str, cutoff: float | None, how: "tuple[Stated, _Keep]"
 ) -> SegmentedMovement:
     import numpy as np
 
     from selfmotion.cli.recordings import load_marker_file
     from selfmotion.motion.filters import differentiate, fill_gaps, low_pass
 
-    stated, rules = how
+    stated, keep = how
     seen = load_marker_file(path, stated)
     points, _ = fill_gaps(seen.point(marker), seen.time, max_gap=0.2)
     if seen.rate is not None:  # raw markers: noise at the ends would look like motion
         points = low_pass(points, seen.rate, MARKER_CUTOFF if cutoff is None else cutoff)
     speed = np.linalg.norm(differentiate(points, seen.time, points=3), axis=1)
-    return _measured(str(path), seen.time, speed, rules)
+    columns = {"speed_m_s": speed}
+    columns |= {f"{marker}_{axis}_m": points[:, i] for i, axis in enumerate("xyz")}
+    return _measured(str(path), seen.time, columns, keep)
 
 
 def _measured(
-    name: str, time: "np.ndarray", speed: "np.ndarray", rules: "StrokeRules"
+    name: str, time: "np.ndarray", columns: "dict[str, np.ndarray]", keep: "_Keep"
 ) -> SegmentedMovement:
+    """Measure a recording; `columns` begins with the speed, the rest is kept over 0 to 100 %."""
+    from selfmotion.motion.segment import normalised_parts
     from selfmotion.motion.strokes import find_strokes, movement_span
 
-    strokes = find_strokes(speed, time, rules=rules)
-    first, last = movement_span(speed, share=rules.share)
+    speed = next(iter(columns.values()))
+    strokes = find_strokes(speed, time, rules=keep.rules)
+    first, last = movement_span(speed, share=keep.rules.share)
+    if keep.points:
+        parts = [("movement", first, last)]
+        parts += [(f"stroke {i + 1}", s.onset, s.offset) for i, s in enumerate(strokes)]
+        table = normalised_parts(time, columns, parts, n_samples=keep.points)
+        table.insert(0, "recording", name)
+        keep.curves.append(table)
     return SegmentedMovement(
         name=name,
         onset_s=float(time[first]),
@@ -218,8 +261,13 @@ def _measured(
     )
 
 
-def write_table(document: SegmentDocument, folder: Path) -> Path:
-    """Write strokes.csv, one row a stroke."""
+def write_tables(
+    document: SegmentDocument,
+    curves: "list[pd.DataFrame]",
+    folder: Path,
+    form: Literal["csv", "parquet"],
+) -> list[Path]:
+    """Write strokes, one row a stroke, and normalised, one row a part and percent."""
     import pandas as pd
     from msgspec.structs import asdict
 
@@ -229,7 +277,19 @@ def write_table(document: SegmentDocument, folder: Path) -> Path:
         for m in document.movements
         for i, s in enumerate(m.strokes)
     ]
-    return write_whole(folder / "strokes.csv", pd.DataFrame(rows).to_csv(index=False))
+    tables = {"strokes": pd.DataFrame(rows)}
+    if curves:
+        tables["normalised"] = pd.concat(curves, ignore_index=True)
+    written = []
+    for name, table in tables.items():
+        path = folder / f"{name}.{form}"
+        if form == "csv":
+            written.append(write_whole(path, table.to_csv(index=False)))
+        else:
+            from selfmotion.motion.files.parquet import write_parquet_table
+
+            written.append(write_parquet_table(path, table))
+    return written
 
 
 def as_text(document: SegmentDocument) -> str:

@@ -4,7 +4,9 @@ The rules are those of Charles & Hogan (Exp. Brain Res. 203:63, 2010) as [Tommas
 20 % of peak speed, two interquartile ranges from the median, 20 samples equally spaced in time.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +15,10 @@ from numpy.typing import ArrayLike
 from selfmotion.arrays import as_float_array, require_finite, require_shape
 from selfmotion.errors import RangeError, ShapeError
 from selfmotion.motion.checks import check_time
+from selfmotion.motion.filters import resample
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # Share of the peak speed below which the hand counts as at rest.
 REST_SHARE = 0.2
@@ -131,3 +137,47 @@ def equally_spaced(
         raise RangeError(f"n_samples = {n_samples}: at least 2")
     wanted = np.linspace(t[0], t[-1], n_samples)
     return np.stack([np.interp(wanted, t, column) for column in x.T], axis=1)
+
+
+def normalised_parts(
+    time: ArrayLike,
+    columns: Mapping[str, ArrayLike],
+    parts: Sequence[tuple[str, int, int]],
+    *,
+    n_samples: int = 101,
+) -> "pd.DataFrame":
+    """Bring parts of a recording to 0 to 100 % of their time, one below the other.
+
+    Args:
+        time: (K,) of the recording (s).
+        columns: name to (K,) values; NaN is a gap.
+        parts: name, first and last sample of each; a part of one sample is left out.
+        n_samples: rows of a part.
+
+    Returns:
+        Columns part, percent, time (s) and those given, by cubic splines.
+
+    Raises:
+        RangeError: `n_samples` is below 2.
+
+    Example:
+        >>> t = np.linspace(0.0, 2.0, 21)
+        >>> table = normalised_parts(t, {"x": t**2}, [("stroke 1", 10, 20)], n_samples=3)
+        >>> table["percent"].tolist(), table["x"].round(9).tolist()
+        ([0.0, 50.0, 100.0], [1.0, 2.25, 4.0])
+    """
+    import pandas as pd
+
+    if n_samples < 2:
+        raise RangeError(f"n_samples = {n_samples}: at least 2")
+    t = as_float_array("time", time, ndim=1)
+    values = np.stack([as_float_array(k, v, ndim=1) for k, v in columns.items()], axis=1)
+    require_shape("columns", values, (len(t), None))
+    tables = []
+    for name, first, last in parts:
+        if last > first:
+            part = slice(first, last + 1)
+            instants, found = resample(values[part], t[part], n_samples)
+            head = {"part": name, "percent": np.linspace(0.0, 100.0, n_samples), "time": instants}
+            tables.append(pd.DataFrame(head | dict(zip(columns, found.T, strict=True))))
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()

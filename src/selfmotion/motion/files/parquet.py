@@ -7,7 +7,7 @@ file's own metadata too, so that the reader guesses nothing.
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from selfmotion.errors import FileFormatError, MissingExtraError, ShapeError
 from selfmotion.motion.files.arrays_to_study import RUN_NAMES, study_from_arrays
 from selfmotion.motion.recording import Recording, Study
 from selfmotion.writing import whole_file
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 KEY = b"selfmotion"
 FIELDS = ("q", "qd", "x", "xd")
@@ -53,6 +56,20 @@ def write_parquet(path: str | Path, recordings: Study | Sequence[Recording]) -> 
 
     with whole_file(path) as aside:
         parquet.write_table(table.replace_schema_metadata(metadata), aside)
+    return Path(path)
+
+
+def write_parquet_table(path: str | Path, table: "pd.DataFrame") -> Path:
+    """Write any table as Parquet; whole or not at all.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+    """
+    arrow = _pyarrow()
+    from pyarrow import parquet
+
+    with whole_file(path) as aside:
+        parquet.write_table(arrow.Table.from_pandas(table, preserve_index=False), aside)
     return Path(path)
 
 
