@@ -6,17 +6,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from selfmotion.cli.batches import BatchChoices
 from selfmotion.cli.body import BodyChoice, body_choice
 from selfmotion.cli.ik import threads_for
 from selfmotion.cli.models import Limits
-from selfmotion.cli.options import Jobs, Json, Out, Report, Seed
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler, Seed
 from selfmotion.cli.output import Contract, finish, save
 from selfmotion.cli.subject import Subject, read_subject
 from selfmotion.cli.subject_arms import PersonArms, RangeFiles, SideName, Typed, person_arms
 from selfmotion.cli.subject_toml import subject_toml
 from selfmotion.cli.workspace_details import details_of
 from selfmotion.cli.workspace_document import WorkspaceDocument, as_text, document_of
-from selfmotion.cli.workspace_recording import recorded_of
+from selfmotion.cli.workspace_extras import ExtraChoices, Extras, extras_of
+from selfmotion.cli.workspace_held import CircleText, HeldChoices, HoldText
+from selfmotion.cli.workspace_mapping import MapEnvelope, MapPoints, MapTo
+from selfmotion.cli.workspace_maps import MapNames, MapStep
 from selfmotion.errors import RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -64,6 +68,13 @@ def workspace(
         int, typer.Option("--shifts", help="Independent shifts that give the standard error.")
     ] = 8,
     body: BodyChoice = None,
+    maps: MapNames = None,
+    map_step: MapStep = None,
+    hold: HoldText = None,
+    circle: CircleText = None,
+    map_to: MapTo = None,
+    map_points: MapPoints = None,
+    envelope: MapEnvelope = "outermost",
     details: Annotated[
         bool,
         typer.Option("--details", help="Also named regions and what bounds; on with --report."),
@@ -72,6 +83,9 @@ def workspace(
     out: Out = None,
     report: Report = None,
     jobs: Jobs = 1,
+    scheduler: Scheduler = None,
+    resume: Resume = False,
+    quiet: Quiet = False,
     seed: Seed = 0,
 ) -> int:
     """Find where the hand can reach, and what limits take away."""
@@ -80,6 +94,16 @@ def workspace(
     from selfmotion.methods.workspace import WorkspaceOptions
     from selfmotion.methods.workspace import workspace as find_workspace
 
+    extra = ExtraChoices(
+        arm,
+        (maps, map_step),
+        HeldChoices.of(hold, circle),
+        recording,
+        (map_to, map_points),
+        envelope,
+        BatchChoices("workspace", out, jobs, scheduler, resume, quiet),
+        seed,
+    )
     typed = Typed(arm, side, tuple(limit or ()), tuple(ranges or ()), body)
     person = person_arms(Subject() if subject is None else read_subject(subject), subject, typed)
     if compare and person.limited is None:
@@ -107,12 +131,11 @@ def workspace(
     told = None if found is None else details_of(found, name)
     document = document_of(space, name, person, told)
     document = replace_provenance(document, space, (seed, person.posture), subject)
-    if recording is not None:
-        import msgspec
-
-        recorded = recorded_of(space, name, recording)
-        document = msgspec.structs.replace(document, recording=recorded)
+    extras = extras_of(space, name, person, extra)
+    document = with_extras(document, extras)
     written = [] if out is None else save_all(document, space, person, out)
+    if out is not None:
+        written += extras.save(out)
     if report is not None and found is not None:
         from selfmotion.report.workspace_page import write_workspace_report
         from selfmotion.report.workspace_tables import PagePerson
@@ -126,9 +149,18 @@ def workspace(
             alone is not None,
             person.stature,
         )
-        written.append(write_workspace_report(report, space, shown, found))
-    text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
-    return finish(document, text, json=json)
+        written.append(
+            write_workspace_report(report, space, shown, found, more=extras.sections(space))
+        )
+    lines = [as_text(document), *extras.text(), *(f"wrote {path}" for path in written)]
+    return finish(document, "\n".join(lines), json=json, failed=extras.failed)
+
+
+def with_extras(document: WorkspaceDocument, extras: Extras) -> WorkspaceDocument:
+    """Add maps, reach with the hand held, recordings and a mapping to the document."""
+    import msgspec
+
+    return msgspec.structs.replace(document, **extras.parts())
 
 
 def replace_provenance(

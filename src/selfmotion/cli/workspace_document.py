@@ -4,6 +4,10 @@ from typing import TYPE_CHECKING
 
 from selfmotion.cli.output import Document, Number, Part, numbers
 from selfmotion.cli.subject_arms import PersonArms
+from selfmotion.cli.workspace_held import Circle, Held
+from selfmotion.cli.workspace_mapping import Mapping
+from selfmotion.cli.workspace_maps import Maps
+from selfmotion.cli.workspace_recording import Recorded, Regions
 
 if TYPE_CHECKING:
     from selfmotion.kinematics.arm import Arm
@@ -14,31 +18,12 @@ if TYPE_CHECKING:
 MOST_TOLD = 4
 
 
-class Regions(Part, frozen=True, kw_only=True):
-    """A number of the free arm, of the limited arm, and of what the limits take away."""
-
-    free: Number = None
-    limited: Number = None
-    lost: Number = None
-
-
 class SliceAreas(Part, frozen=True, kw_only=True):
     """Areas (m²) of a slice 20 mm thick at a height (m), with standard errors."""
 
     z: float
     area_m2: Regions
     stderr_m2: Regions
-
-
-class Recorded(Part, frozen=True, kw_only=True):
-    """Recorded hand positions against the workspace.
-
-    `inside_percent` of the points are reached; the worst of the others lies `farthest_mm` away.
-    """
-
-    points: int
-    inside_percent: Regions
-    farthest_mm: Regions
 
 
 class MeasuredRange(Part, frozen=True, kw_only=True):
@@ -123,6 +108,10 @@ class WorkspaceDocument(Document, frozen=True, tag="selfmotion/workspace/1", kw_
     slices: list[SliceAreas]
     recording: Recorded | None
     details: Details | None
+    maps: Maps | None = None
+    held: list[Held] = []
+    circles: list[Circle] = []
+    mapping: Mapping | None = None
     status: str
 
 

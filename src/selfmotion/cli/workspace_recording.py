@@ -1,55 +1,121 @@
 """The option --recording of `selfmotion workspace`: recorded hand positions against the arms."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selfmotion.cli.workspace_document import Recorded, Regions
+from selfmotion.cli.output import Number, Part, numbers
 from selfmotion.errors import FileFormatError
+from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
 
     from selfmotion.kinematics.arm import Arm
+    from selfmotion.methods.reach_clouds import CloudReach
     from selfmotion.methods.workspace import Workspace
 
 # Recorded positions that are held against the workspace: at most so many, evenly chosen.
 MOST_RECORDED = 5000
 
 
-def recorded_of(space: "Workspace", name: str, path: Path) -> Recorded:
-    """Hold recorded positions against the arms of a workspace.
+class Regions(Part, frozen=True, kw_only=True):
+    """A number of the free arm, of the limited arm, and of what the limits take away."""
+
+    free: Number = None
+    limited: Number = None
+    lost: Number = None
+
+
+class Cloud(Part, frozen=True, kw_only=True):
+    """One recording against one arm: shares in %, distances in mm.
+
+    Outside: how far the hand stays short. Depth: how far inside the boundary, over by the spacing
+    of the boundary's known points at most. Used: the part of the workspace within 50 mm of the
+    recording. In front, above, outwards: of the shoulder.
+    """
+
+    recording: str
+    workspace: str
+    points: int
+    inside_percent: Number
+    outside_median_mm: Number
+    outside_most_mm: Number
+    depth_median_mm: Number
+    in_body_percent: Number
+    used_percent: Number
+    used_error_percent: Number
+    in_front_percent: Number
+    above_percent: Number
+    outwards_percent: Number
+
+
+class Recorded(Part, frozen=True, kw_only=True):
+    """Recorded hand positions against the workspace.
+
+    `inside_percent` of the points are reached; the worst of the others lies `farthest_mm` away.
+    """
+
+    points: int
+    inside_percent: Regions
+    farthest_mm: Regions
+    clouds: list[Cloud]
+
+
+def clouds_of(space: "Workspace", name: str, path: Path) -> "dict[str, tuple[CloudReach, ...]]":
+    """Hold recorded positions against the arms of a workspace; `name` is what it calls free.
 
     Raises:
         FileFormatError: the recordings hold neither hand positions nor angles of this arm.
     """
+    from selfmotion.methods.reach_clouds import compare_clouds
+
+    clouds = recorded_clouds(space.arm, path)
+    out = {name: compare_clouds(space, clouds)}
+    if space.limited_arm is not None:
+        out["limited"] = compare_clouds(space, clouds, region="limited")
+    return out
+
+
+def recorded_part(clouds: "Mapping[str, tuple[CloudReach, ...]]") -> Recorded:
+    """Give the part of the document."""
+    import msgspec
     import numpy as np
 
-    from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
-    from selfmotion.methods.reaching.ik_tasks import HandRows
-
-    points = recorded_points(space.arm, path)
-    inside, farthest = {}, {}
-    arms = {name: space.arm}
-    if space.limited_arm is not None:
-        arms["limited"] = space.limited_arm
-    for key, arm in arms.items():
-        task = HandRows(arm, ("x", "y", "z"))
-        found = solve_ik(task, points, options=IkOptions(position_tolerance=1e-5))
-        inside[key] = 100.0 * float(found.solved.mean())
-        farthest[key] = 1e3 * float(np.where(found.solved, 0.0, found.position_error).max())
+    inside, farthest, rows, count = {}, {}, [], 0
+    for limits, found in clouds.items():
+        distance = np.concatenate([cloud.distance for cloud in found])
+        count = len(distance)
+        inside[limits] = 100.0 * float((distance <= 0).mean())
+        farthest[limits] = 1e3 * float(max(distance.max(), 0.0))
+        for cloud in found:
+            row = {**cloud.row(), "workspace": limits}
+            plain = {k: numbers([v])[0] if isinstance(v, float) else v for k, v in row.items()}
+            rows.append(msgspec.convert(plain, Cloud))
     return Recorded(
-        points=len(points), inside_percent=Regions(**inside), farthest_mm=Regions(**farthest)
+        points=count,
+        inside_percent=Regions(**inside),
+        farthest_mm=Regions(**farthest),
+        clouds=rows,
     )
 
 
-def recorded_points(arm: "Arm", path: Path) -> "np.ndarray":
-    """Give recorded hand positions (K, 3) in the ground, gaps left out."""
+def save_clouds(clouds: "Mapping[str, tuple[CloudReach, ...]]", folder: Path) -> Path:
+    """Write recordings.csv: a row a recording and arm."""
+    import pandas as pd
+
+    rows = [{**c.row(), "workspace": name} for name, found in clouds.items() for c in found]
+    return write_whole(folder / "recordings.csv", pd.DataFrame(rows).to_csv(index=False))
+
+
+def recorded_clouds(arm: "Arm", path: Path) -> "dict[str, np.ndarray]":
+    """Give recorded hand positions (K, 3) in the ground by recording, gaps left out."""
     import numpy as np
 
     from selfmotion.kinematics.forward import forward_kinematics
     from selfmotion.motion.files import load
 
-    parts = []
+    parts: dict[str, np.ndarray] = {}
     for recording in load(path):
         if recording.x is not None and recording.x.shape[1] == 3:
             x = recording.x
@@ -63,9 +129,13 @@ def recorded_points(arm: "Arm", path: Path) -> "np.ndarray":
                 f"{recording.name}: holds {', '.join(recording.held)}; hand positions x, y, z, or "
                 f"the angles of {arm.name} are needed"
             )
-        parts.append(x[np.isfinite(x).all(axis=1)])
-    points = np.concatenate(parts)
-    if not len(points):
+        x = x[np.isfinite(x).all(axis=1)]
+        if len(x):
+            name = (
+                recording.name if recording.name not in parts else f"{recording.name} {len(parts)}"
+            )
+            parts[name] = x
+    if not parts:
         raise FileFormatError(f"{path}: no hand position without gap")
-    step = -(-len(points) // MOST_RECORDED)
-    return points[::step]
+    step = -(-sum(map(len, parts.values())) // MOST_RECORDED)
+    return {name: x[::step] for name, x in parts.items()}

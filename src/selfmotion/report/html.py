@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from selfmotion.errors import RangeError, unknown_name
 from selfmotion.papers import PAPERS, Paper
 from selfmotion.provenance import Provenance
+from selfmotion.report.interactive import Interactive, interactive_html
 from selfmotion.report.svg import inline_svg
 from selfmotion.writing import write_whole
 
@@ -63,6 +64,7 @@ class Section:
         words: paragraphs of plain text.
         points: a list below the paragraphs.
         pictures: figures, in order.
+        charts: interactive figures, after the pictures.
         tables: tables, after the figures.
         warning: something the reader must not miss; shown in a box.
     """
@@ -71,6 +73,7 @@ class Section:
     words: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
+    charts: tuple[Interactive, ...] = ()
     tables: tuple[Table, ...] = ()
     warning: str = ""
 
@@ -141,10 +144,11 @@ def render_report(
         lstrip_blocks=True,
     )
     anchors = _anchors([section.heading for section in sections])
+    scripted = next((anchor for s, anchor in zip(sections, anchors, strict=True) if s.charts), None)
     return environment.get_template("report.html.j2").render(
         title=title,
         summary=summary,
-        parts=[_part(s, anchor) for s, anchor in zip(sections, anchors, strict=True)],
+        parts=[_part(s, a, a == scripted) for s, a in zip(sections, anchors, strict=True)],
         provenance=[_provenance_rows(p) for p in end.provenance],
         citations=[_citation(key) for key in end.papers],
     )
@@ -155,15 +159,20 @@ class _Part:
     section: Section
     anchor: str
     svgs: list[Markup]
+    charts: list[Markup]
     tables: list[tuple[str, list[str], list[list[tuple[str, bool]]]]]
 
 
-def _part(section: Section, anchor: str) -> _Part:
+def _part(section: Section, anchor: str, with_script: bool) -> _Part:
     svgs = [
         Markup(inline_svg(picture.figure, f"{anchor}-{i}", label=picture.alt))
         for i, picture in enumerate(section.pictures)
     ]
-    return _Part(section, anchor, svgs, [_cells(table) for table in section.tables])
+    charts = [
+        Markup(interactive_html(chart, f"{anchor}-chart-{i}", with_script=with_script and i == 0))
+        for i, chart in enumerate(section.charts)
+    ]
+    return _Part(section, anchor, svgs, charts, [_cells(table) for table in section.tables])
 
 
 def _cells(table: Table) -> tuple[str, list[str], list[list[tuple[str, bool]]]]:

@@ -4,6 +4,7 @@ Which part of the space that this person would reach is kept and which is lost, 
 which everyday places that concerns; which movement's limit is to blame; and what was assumed.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from selfmotion.kinematics.body_shapes import BodyShapes, Posture
@@ -42,7 +43,12 @@ MUCH, MOST_NAMED = 10.0, 3
 
 
 def write_workspace_report(
-    path: str | Path, space: Workspace, person: PagePerson, details: WorkspaceDetails
+    path: str | Path,
+    space: Workspace,
+    person: PagePerson,
+    details: WorkspaceDetails,
+    *,
+    more: Sequence[Section] = (),
 ) -> Path:
     """Write the report on a workspace; give its path.
 
@@ -51,6 +57,7 @@ def write_workspace_report(
         space: what is reached.
         person: whose it is.
         details: regions, boundary and cuts, of `workspace_details`.
+        more: sections before the last, as of maps and recordings.
     """
     whose = person.name or f"a person's {person.side} arm"
     sections = [
@@ -60,6 +67,7 @@ def write_workspace_report(
         regions_section(details),
         cuts_section(space, person, details),
         *boundary_sections(space, person, details),
+        *more,
         assumed_section(space, person, details),
     ]
     footer = Footer((space.provenance,), ("DeBoon",))
