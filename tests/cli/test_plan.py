@@ -120,3 +120,61 @@ def test_bad_targets_are_one_line(tmp_path: Path, capsys: Capture, text: str, re
 )
 def test_bad_options_are_one_line(capsys: Capture, words: tuple[str, ...], reason: str) -> None:
     assert reason in refused(capsys, *words)
+
+
+def test_a_recorded_path_is_imitated(tmp_path: Path, capsys: Capture) -> None:
+    u = np.linspace(0.0, 1.0, 101)
+    s = 10 * u**3 - 15 * u**4 + 6 * u**5
+    bow = 0.05 * np.sin(np.pi * s)
+    rows = [f"{9 * t:.6f},{0.2 * a:.9f},{b:.9f}" for t, a, b in zip(u, s, bow, strict=True)]
+    path = written(tmp_path / "path.csv", "\n".join(["time,x,y", *rows]))
+    targets = written(tmp_path / "t.csv", "x,y\n0.2,0.0\n")
+    words = ("plan", "--targets", targets, "--path", path)
+    (there,) = answered(capsys, *words)["movements"]
+    x = np.array(there["x"])
+    assert x[:, 1].max() == pytest.approx(0.05, abs=0.003)
+    assert np.abs(x[-1] - [0.2, 0.0]).max() < 0.003
+    assert "give one of them" in refused(capsys, *words, "--planner", "spring")
+    bad = written(tmp_path / "bad.csv", "\n".join(["time,x,y", *rows[:50], *rows[40:]]))
+    line = refused(capsys, "plan", "--targets", targets, "--path", bad)
+    assert "bad.csv" in line and "increase" in line
+    none = written(tmp_path / "none.csv", "\n".join(["x,y", *(r.partition(",")[2] for r in rows)]))
+    assert "no column time" in refused(capsys, "plan", "--targets", targets, "--path", none)
+
+
+def test_potentials_change_the_posture_and_not_the_task(tmp_path: Path, capsys: Capture) -> None:
+    """λ0 keeps every potential out of the task (eq. 5); the posture follows it."""
+    targets = written(tmp_path / "t.csv", "x,y\n0.18,0.18\n")
+    words = ("plan", "--targets", targets, "--steps", "10", "--spring", "22.5", "--duration", "0.8")
+    (plain,) = answered(capsys, *words)["movements"]
+    (pulled,) = answered(capsys, *words, "--potential", "limits=20:30")["movements"]
+    np.testing.assert_allclose(plain["x"][-1], pulled["x"][-1], atol=1e-3)
+    assert np.abs(np.subtract(plain["q"][-1], pulled["q"][-1])).max() > 0.005
+
+
+def test_gravity_pulls_an_arm_with_masses(tmp_path: Path, capsys: Capture) -> None:
+    law = written(tmp_path / "law.toml", "stiffness = [9, 9, 9, 9]\nrest_deg = [0, 0, 30, 80]\n")
+    targets = written(tmp_path / "t.csv", "x,y,z\n0.35,0.05,-0.25\n")
+    words = ("plan", "--arm", "exoskeleton", "--law", law, "--targets", targets)
+    words = (*words, "--duration", "1", "--spring", "100", "--steps", "10")
+    ends = [
+        np.array(answered(capsys, *words, *more)["movements"][0]["q"][-1])
+        for more in ((), ("--potential", "gravity=0.3"))
+    ]
+    assert np.abs(ends[0] - ends[1]).max() > 1e-3
+
+
+def test_damping_weights_shape_the_path(capsys: Capture) -> None:
+    plain = answered(capsys, *CENTER_OUT)["movements"]
+    shaped = answered(capsys, *CENTER_OUT, "--damping-weights", "0.04,0.12,0.16")["movements"]
+    np.testing.assert_allclose(plain[1]["q"], shaped[1]["q"], atol=1e-9)  # eq. 9 spelt out
+    other = answered(capsys, *CENTER_OUT, "--damping-weights", "0.16,0.04,0.04")["movements"]
+    assert np.abs(np.subtract(plain[1]["q"], other[1]["q"])).max() > 0.01
+
+
+@pytest.mark.parametrize(
+    "text", ["foo", "gravity=-1", "gravity=a", "limits=5", "limits=200:1", "effort", "effort=0"]
+)
+def test_a_bad_potential_is_one_line(capsys: Capture, text: str) -> None:
+    line = refused(capsys, *CENTER_OUT, "--potential", text)
+    assert "potential" in line or "margin" in line

@@ -107,6 +107,9 @@ def analyse_people(folders: list[Path], choices: PeopleChoices) -> int:
         for name in TABLES:
             text = getattr(run, name).to_csv(index=False)
             written.append(write_whole(choices.out / f"{name}.csv", text))
+        from selfmotion.report.donders_page import save_pictures
+
+        written += save_pictures(choices.out, run)
     if choices.report is not None:
         from selfmotion.report.donders_page import write_donders_report
 

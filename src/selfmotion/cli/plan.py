@@ -7,7 +7,7 @@ import typer
 
 from selfmotion.cli.laws import FROM_DAMPING, law_of, typed_posture, typed_spring
 from selfmotion.cli.legs import Legs, areas, center_out_legs, file_legs
-from selfmotion.cli.models import WeightsText, load_any_arm, typed_weights
+from selfmotion.cli.models import load_any_arm, typed_weights
 from selfmotion.cli.options import Json, Out, Report
 from selfmotion.cli.output import (
     Contract,
@@ -20,18 +20,20 @@ from selfmotion.cli.output import (
     numbers,
     save,
 )
+from selfmotion.cli.plan_choices import path_to_imitate, typed_potentials
 from selfmotion.cli.recordings import TaskName
 from selfmotion.errors import RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
 
     from selfmotion.kinematics.arm import Arm
     from selfmotion.methods.passive.joint_law import JointLaw
+    from selfmotion.methods.passive.task_planners import Planner
     from selfmotion.methods.passive_motion import PlannedMotion, PlanSettings
+    from selfmotion.redundancy.task import Task
 
 
 class Movement(Part, frozen=True, kw_only=True):
@@ -112,8 +114,9 @@ def plan(
         int, typer.Option("--steps", min=1, help="Intervals of the output of a movement.")
     ] = 100,
     planner: Annotated[
-        Literal["spring", "minimum-jerk"], typer.Option("--planner", help="What pulls the hand.")
-    ] = "spring",
+        Literal["spring", "minimum-jerk"] | None,
+        typer.Option("--planner", help="What pulls the hand (default: the spring)."),
+    ] = None,
     start: Annotated[
         str | None,
         typer.Option("--start", metavar="A,B,...", help="First posture, degrees in joint order."),
@@ -122,12 +125,41 @@ def plan(
         list[str] | None,
         typer.Option("--lock", metavar="JOINT", help="A joint that does not move; repeatable."),
     ] = None,
-    weights: WeightsText = None,
+    path: Annotated[
+        Path | None,
+        typer.Option(
+            "--path",
+            metavar="FILE.csv",
+            help="Imitate the shape of this recorded path (time in s; x,y,z in m), as a dynamic "
+            "movement primitive.",
+        ),
+    ] = None,
+    potential: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--potential",
+            metavar="KIND[=...]",
+            help="Pull of the joints beside the law: gravity[=SHARE], "
+            "limits[=MARGIN_DEG:STRENGTH], effort=JOULES (arms with muscles); repeatable.",
+        ),
+    ] = None,
+    weights: Annotated[
+        str | None,
+        typer.Option(
+            "--damping-weights",
+            "--weights",
+            metavar="W,W,...|FILE.json",
+            help="Damping of the joints instead of the law's: numbers in joint order, or a "
+            "weights.json.",
+        ),
+    ] = None,
     json: Json = False,
     out: Out = None,
     report: Report = None,
 ) -> int:
     """Plan how a person moves to targets, by passive motion."""
+    from dataclasses import replace
+
     from selfmotion.redundancy.task import task_for
 
     if (targets is None) == (not center_out):
@@ -136,7 +168,10 @@ def plan(
     goal_task = task_for(chosen, task)
     joint_law = law_of(law, chosen)
     settings = settings_of(model, typed_spring(spring), duration, steps)
-    settings = with_choices(settings, planner, tuple(lock or ()), typed_weights(weights, chosen))
+    pull = planner_of(planner, path, goal_task)
+    own = typed_potentials(potential or (), arm, chosen)
+    settings = replace(settings, planner=pull, potentials=own, locked=tuple(lock or ()))
+    settings = replace(settings, damping=typed_weights(weights, chosen))
     first = None if start is None else typed_posture(start, chosen)
     if targets is None:
         legs = center_out_legs(goal_task, joint_law, settings, first)
@@ -144,7 +179,9 @@ def plan(
         legs = file_legs(targets, goal_task, joint_law, settings, first)
     movements = [movement(legs, i, chosen) for i in range(len(legs.motion))]
     document = PlanDocument(
-        provenance=provenance_of(legs.motion, joint_law, targets, law),
+        provenance=provenance_of(
+            legs.motion, joint_law, {"targets": targets, "law": law, "path": path}
+        ),
         arm=chosen.name,
         joints=list(chosen.joints),
         units=list(goal_task.units),
@@ -176,19 +213,19 @@ def settings_of(
     return PlanSettings(model=model, spring=spring, duration=duration, n_steps=steps)
 
 
-def with_choices(
-    settings: "PlanSettings",
-    planner: str,
-    locked: tuple[str, ...],
-    damping: "np.ndarray | None",
-) -> "PlanSettings":
-    """Add planner, locked joints and damping."""
-    from dataclasses import replace
+def planner_of(name: str | None, path: Path | None, task: "Task") -> "Planner":
+    """Give what pulls the hand.
 
+    Raises:
+        SelfmotionError: both a planner and a path are named, or the file holds no such path.
+    """
     from selfmotion.methods.passive.task_planners import MinimumJerk, TargetSpring
 
-    pull = MinimumJerk() if planner == "minimum-jerk" else TargetSpring()
-    return replace(settings, planner=pull, locked=locked, damping=damping)
+    if path is not None:
+        if name is not None:
+            raise RangeError(f"--path and --planner {name}: give one of them")
+        return path_to_imitate(path, task)
+    return MinimumJerk() if name == "minimum-jerk" else TargetSpring()
 
 
 def movement(legs: Legs, i: int, arm: "Arm") -> Movement:
@@ -220,14 +257,13 @@ def hysteresis(movements: list[Movement]) -> dict[str, float | None]:
 
 
 def provenance_of(
-    motion: "PlannedMotion", law: "JointLaw", targets: Path | None, law_file: Path | None
+    motion: "PlannedMotion", law: "JointLaw", files: dict[str, Path | None]
 ) -> Provenance:
     """Say where the results come from."""
     from selfmotion.provenance import hash_file
 
-    files = {"targets": targets, "law": law_file}
     inputs = {name: hash_file(path) for name, path in files.items() if path is not None}
-    origin = "wrist of Fig. 3" if law_file is None else "file"
+    origin = "wrist of Fig. 3" if files["law"] is None else "file"
     times = {"damping_time": law.damping_time, "spring_time": law.spring_time, "law": origin}
     return Provenance("plan", inputs=inputs, choices={**motion.provenance.choices, **times})
 

@@ -268,6 +268,15 @@ def _joined(legs: list[PlannedMotion], goals: np.ndarray) -> PlannedMotion:
     )
 
 
+def _damping_of(settings: PlanSettings) -> str | list[float]:
+    """Say what the damping is: τ₀ K^J, a function of posture, or the numbers given."""
+    if settings.damping is None:
+        return "law"
+    if callable(settings.damping):
+        return "function of posture"
+    return np.asarray(settings.damping, dtype=np.float64).ravel().tolist()
+
+
 def _provenance(task: Task, law: JointLaw, settings: PlanSettings, drive: Drive) -> Provenance:
     spring = settings.spring
     return Provenance(
@@ -287,5 +296,7 @@ def _provenance(task: Task, law: JointLaw, settings: PlanSettings, drive: Drive)
             "spring_time": law.spring_time,
             "planner": type(settings.planner).__name__,
             "locked": list(settings.locked),
+            "potentials": [type(potential).__name__ for potential in settings.potentials],
+            "damping": _damping_of(settings),
         },
     )

@@ -12,6 +12,7 @@ from selfmotion.report.donders_figures import (
     thickness_figure,
 )
 from selfmotion.report.html import Footer, Picture, Section, Table, write_report
+from selfmotion.report.svg import write_png
 from selfmotion.studies.donders_paths import MEASURES
 from selfmotion.studies.donders_people import DondersPeople, rms_by_person
 from selfmotion.studies.donders_predictions import LAW, PRIOR
@@ -31,6 +32,25 @@ def write_donders_report(path: str | Path, run: DondersPeople) -> Path:
     footer = Footer((run.provenance,), ("Tommasino2017",))
     title = "Donders' law and passive motion of recorded people"
     return write_report(path, title, sections, summary=summary(run), footer=footer)
+
+
+def save_pictures(folder: Path, run: DondersPeople) -> list[Path]:
+    """Write the report's pictures as PNG on white; give their paths."""
+    figures = {
+        "surface": surface_figure(run.shown[0]),
+        "thickness": thickness_figure(run),
+        "predictions": prediction_figure(run),
+    }
+    if len(run.reaches):
+        figures |= {"reaches": reaches_figure(run), "plans": plans_figure(run)}
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, figure in figures.items():
+        figure.set_facecolor("white")
+        path = folder / f"donders_{name}.png"
+        write_png(figure, str(path), dpi=110)
+        written.append(path)
+    return written
 
 
 def summary(run: DondersPeople) -> str:

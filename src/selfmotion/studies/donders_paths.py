@@ -107,7 +107,7 @@ def _one(
     shown = [recording.joints.index(joint) for joint in LAW_JOINTS]
     part = slice(movement.moments["start"], movement.moments[END] + 1)
     q, time = recording.array("q")[part][:, shown], recording.time[part]
-    seen = np.isfinite(q).all(axis=1)
+    seen = np.asarray(np.isfinite(q)).all(axis=1).reshape(-1)
     if not (seen[0] and seen[-1]):
         raise NotFiniteError(
             f"{recording.source}: the arm was not seen at {'start' if seen[-1] else END}"
