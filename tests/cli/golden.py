@@ -23,8 +23,13 @@ VOLATILE = frozenset({"version", "software", "seconds"})
 RELATIVE, ABSOLUTE = 1e-5, 1e-8
 
 
+# Documents beside that of the command itself, and the modules that hold their contracts.
+BESIDE = {"weights-study": "study_weights"}
+DOCUMENTS = (*COMMANDS, *BESIDE)
+
+
 def contract(name: str) -> Contract:
-    return importlib.import_module(f"selfmotion.cli.{name}").CONTRACT
+    return importlib.import_module(f"selfmotion.cli.{BESIDE.get(name, name)}").CONTRACT
 
 
 def schema_file(name: str) -> Path:
@@ -62,5 +67,5 @@ def regenerate(name: str) -> None:
 
 
 if __name__ == "__main__":
-    for command_name in sys.argv[1:] or COMMANDS:
+    for command_name in sys.argv[1:] or DOCUMENTS:
         regenerate(command_name)

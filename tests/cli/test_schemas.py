@@ -4,24 +4,24 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from selfmotion.cli.app import COMMANDS, main
+from selfmotion.cli.app import main
 from selfmotion.cli.output import schema
 from tests.cli import golden
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", golden.DOCUMENTS)
 def test_schema_file_is_that_of_the_type_written(name: str) -> None:
     written = golden.schema_file(name).read_bytes()
     assert written == schema(golden.contract(name).document), "run `make golden` and look at it"
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", golden.DOCUMENTS)
 def test_example_file_fits_the_schema(name: str) -> None:
     document = golden.contract(name).document
     msgspec.json.decode(golden.example_file(name).read_bytes(), type=document, strict=True)
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", golden.DOCUMENTS)
 def test_command_still_gives_its_example(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -32,7 +32,7 @@ def test_command_still_gives_its_example(
     assert golden.difference(found, wanted) is None
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", golden.DOCUMENTS)
 def test_document_names_schema_version_and_provenance(name: str) -> None:
     example = json.loads(golden.example_file(name).read_text(encoding="utf-8"))
     assert example["schema"] == f"selfmotion/{name}/1"
@@ -40,7 +40,7 @@ def test_document_names_schema_version_and_provenance(name: str) -> None:
 
 
 def test_no_file_is_left_from_a_command_that_went() -> None:
-    wanted = {f"{name}.{kind}.json" for name in COMMANDS for kind in ("schema", "example")}
+    wanted = {f"{name}.{kind}.json" for name in golden.DOCUMENTS for kind in ("schema", "example")}
     assert {Path(path).name for path in golden.FOLDER.glob("*.json")} == wanted
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from selfmotion.cli.batches import BatchChoices
-from selfmotion.cli.output import Document, Number, Part, finish, save
+from selfmotion.cli.output import Contract, Document, Number, Part, finish, save
 from selfmotion.errors import RangeError
 from selfmotion.writing import write_whole
 
@@ -130,6 +130,20 @@ class StudyDocument(Document, frozen=True, tag="selfmotion/weights-study/1", kw_
     swivel: list[SwivelSpread]
     people: list[PeopleMean]
     joints: list[JointMean]
+
+
+CONTRACT = Contract(
+    StudyDocument,
+    (
+        "weights",
+        "examples/study",
+        "--study",
+        "examples/study/study.toml",
+        "--arm",
+        "exoskeleton",
+        "--json",
+    ),
+)
 
 
 @dataclass(frozen=True)
