@@ -156,10 +156,80 @@ def test_a_robot_takes_the_natural_swivel_angle(
     arm, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A robot that is the human arm itself takes the swivel angle, and so the very posture."""
-    monkeypatch.setattr("selfmotion.cli.robot.read_robot", lambda path, model: arm)
+    monkeypatch.setattr("selfmotion.cli.robot.read_robot", lambda path, model, held: arm)
     file = written(tmp_path / "p.csv", HEADER + GOOD + "\n")
     pose = answered(capsys, "posture", file, "--robot", "itself.urdf")["poses"][0]
     assert pose["robot"]["status"] == "natural swivel angle"
     assert pose["robot"]["swivel"] == pytest.approx(pose["swivel"], abs=1e-8)
     T = forward_kinematics(arm.chain, pose["robot"]["q"], arm.tip("hand"))[0]
     np.testing.assert_allclose(T[:3, 3], [float(v) for v in GOOD.split(",")[5:]], atol=1e-8)
+
+
+ROBOT = """
+<robot name="arm">
+  <link name="base"/> <link name="trunk"/>
+  <joint name="trunk_turn" type="revolute"> <parent link="base"/> <child link="trunk"/>
+    <axis xyz="0 0 1"/> <limit lower="-1" upper="1" effort="1" velocity="1"/> </joint>
+  {joints}
+</robot>
+"""
+JOINT = """
+  <link name="{name}"> <inertial> <mass value="1"/>
+    <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/> </inertial> </link>
+  <joint name="j_{name}" type="revolute"> <parent link="{parent}"/> <child link="{name}"/>
+    <origin xyz="{at}"/> <axis xyz="{axis}"/>
+    <limit lower="-3.1" upper="3.1" effort="1" velocity="1"/> </joint>
+"""
+
+
+def urdf_of_lengths(shoulder: np.ndarray, upper_arm: float, forearm: float) -> str:
+    """Write a robot of seven joints (S-R-S) under a turning trunk, its shoulder somewhere."""
+    parts, parent = [], "trunk"
+    places = [
+        shoulder,
+        [0, 0, 0],
+        [0, 0, 0],
+        [0, 0, -upper_arm],
+        [0, 0, -forearm],
+        *2 * [[0, 0, 0]],
+    ]
+    axes = ["0 0 1", "1 0 0", "0 0 1", "1 0 0", "0 0 1", "1 0 0", "0 1 0"]
+    names = ["s1", "s2", "upper_arm", "forearm", "wrist1", "wrist2", "hand"]
+    for name, place, axis in zip(names, places, axes, strict=True):
+        at = " ".join(f"{v:.12g}" for v in place)
+        parts.append(JOINT.format(name=name, parent=parent, at=at, axis=axis))
+        parent = name
+    return ROBOT.format(joints="".join(parts))
+
+
+def test_a_robot_of_other_lengths_holds_the_pose_with_the_natural_swivel_angle(
+    arm, tmp_path: Path, capsys: Capture
+) -> None:
+    from selfmotion.arms.mjcf_urdf import ModelChoices, read_model
+    from selfmotion.kinematics.swivel import arm_swivel_angle
+
+    home = np.clip(np.zeros(7), arm.lower, arm.upper)
+    shoulder = forward_kinematics(arm.chain, home, arm.tip("shoulder"))[0, :3, 3]
+    robot = written(tmp_path / "robot.urdf", urdf_of_lengths(shoulder, 0.36, 0.33))
+    file = written(tmp_path / "p.csv", HEADER + GOOD + "\n")
+    found = answered(capsys, "posture", file, "--robot", robot, "--hold", "trunk_turn=0")
+    pose = found["poses"][0]
+    assert pose["robot"]["status"] == "natural swivel angle"
+    up, forward = (tuple(float(x) for x in v) for v in (arm.up, arm.forward))
+    choices = ModelChoices(held={"trunk_turn": 0.0}, up=up, forward=forward)  # type: ignore[arg-type]
+    machine = read_model(robot, choices)
+    q = pose["robot"]["q"]
+    T = forward_kinematics(machine.chain, q, machine.tip("hand"))[0]
+    np.testing.assert_allclose(T[:3, 3], [float(v) for v in GOOD.split(",")[5:]], atol=1e-8)
+    off = arm_swivel_angle(machine, q)[0] - pose["swivel"]
+    assert (off + np.pi) % (2 * np.pi) - np.pi == pytest.approx(0.0, abs=1e-7)
+
+
+def test_a_robot_with_a_trunk_joint_is_told_to_hold_it(tmp_path: Path, capsys: Capture) -> None:
+    robot = written(tmp_path / "robot.urdf", urdf_of_lengths(np.zeros(3), 0.3, 0.3))
+    line = refused(capsys, "posture", POSES, "--robot", robot)
+    assert "8 joints move (trunk_turn, j_s1," in line and "--hold JOINT=DEGREES" in line
+    line = refused(capsys, "posture", POSES, "--robot", robot, "--hold", "trunk_turn")
+    assert "--hold 'trunk_turn': write each joint once" in line
+    line = refused(capsys, "posture", POSES, "--robot", robot, "--hold", "knee=0")
+    assert "unknown joint 'knee'" in line

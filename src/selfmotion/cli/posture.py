@@ -15,6 +15,7 @@ from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Sched
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
 from selfmotion.cli.person_size import Lengths, Strength, load_person, segment_lengths_of
 from selfmotion.cli.poses import transforms
+from selfmotion.cli.robot import held_joints
 from selfmotion.cli.tables import Name, Rows, read_rows, with_unit_quaternions
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -117,6 +118,7 @@ class PostureChoices:
     on_jump: str
     hand_load: float
     robot: str | None
+    held: tuple[tuple[str, float], ...]
     body: str
     lengths: tuple[tuple[str, float], ...]
     strength: str
@@ -147,6 +149,10 @@ def posture(
             "--robot", metavar="FILE.urdf", help="Give a 7-joint robot the natural swivel angle."
         ),
     ] = None,
+    hold: Annotated[
+        list[str] | None,
+        typer.Option("--hold", metavar="JOINT=DEG", help="Let a joint of the robot rest."),
+    ] = None,
     body: BodyName = NO_BODY,
     lengths: Lengths = None,
     strength: Strength = "area",
@@ -163,7 +169,8 @@ def posture(
     rows = with_unit_quaternions(read_rows(poses, COLUMNS[1:], bare=COLUMNS))
     sizes, machine = segment_lengths_of(lengths), None if robot is None else str(robot)
     choices = PostureChoices(
-        model, convention, search, on_jump, hand_load, machine, body, sizes, strength
+        *(model, convention, search, on_jump, hand_load, machine, held_joints(hold)),
+        *(body, sizes, strength),
     )
     finder = posture_finder(choices)
     robot_finder = None if robot is None else finder_of_robot(choices)
@@ -230,7 +237,8 @@ def finder_of_robot(choices: PostureChoices) -> "ManifoldFinder":
     from selfmotion.redundancy.manifold import ManifoldFinder
 
     assert choices.robot is not None
-    return ManifoldFinder.of(read_robot(choices.robot, posture_finder(choices).model.arm))
+    model = posture_finder(choices).model.arm
+    return ManifoldFinder.of(read_robot(choices.robot, model, choices.held))
 
 
 def find_one(payload: tuple[PostureChoices, list[list[float]]]) -> dict[str, Any]:

@@ -3,9 +3,12 @@
 [Li2022] section VI. The robot's base is the model's ground: the same axes, the same origin.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
+
+from selfmotion.errors import ModelError, RangeError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -14,6 +17,7 @@ if TYPE_CHECKING:
     from selfmotion.redundancy.feasible import FeasibleInterval
     from selfmotion.redundancy.manifold import ManifoldFinder
 
+N_JOINTS = 7
 # Places on each interval between which the swivel angle is looked for.
 PLACES = 64
 # Swivel angles closer than this (rad) are the same.
@@ -30,16 +34,52 @@ class RobotPosture:
     sentence: str
 
 
-def read_robot(path: str | Path, model: "Arm") -> "Arm":
+def held_joints(texts: list[str] | None) -> tuple[tuple[str, float], ...]:
+    """Read --hold: joints and the angles (rad; m for slides typed as such) at which they rest.
+
+    Raises:
+        RangeError: a text is not joint=degrees, or a joint stands twice.
+    """
+    found: dict[str, float] = {}
+    for text in texts or []:
+        name, _, number = (part.strip() for part in text.partition("="))
+        try:
+            angle = math.radians(float(number))
+        except ValueError:
+            angle = math.nan
+        if not name or not math.isfinite(angle) or name in found:
+            raise RangeError(f"--hold {text!r}: write each joint once, as in trunk=0 (degrees)")
+        found[name] = angle
+    return tuple(found.items())
+
+
+def read_robot(path: str | Path, model: "Arm", held: tuple[tuple[str, float], ...] = ()) -> "Arm":
     """Read the robot, with up and forward as the model has them.
+
+    Args:
+        path: .urdf or .xml.
+        model: the arm with muscles.
+        held: joints that do not move, and where they rest (rad).
 
     Raises:
         SelfmotionError: the file cannot be read as an arm.
+        ModelError: other than seven joints are left.
     """
     from selfmotion.arms.mjcf_urdf import ModelChoices, read_model
 
     u, f = model.up.tolist(), model.forward.tolist()
-    return read_model(path, ModelChoices(up=(u[0], u[1], u[2]), forward=(f[0], f[1], f[2])))
+    up, forward = (u[0], u[1], u[2]), (f[0], f[1], f[2])
+    robot = read_model(path, ModelChoices(held=dict(held), up=up, forward=forward))
+    if robot.n_joints > N_JOINTS:
+        raise ModelError(
+            f"{path}: {robot.n_joints} joints move ({', '.join(robot.joints)}): {N_JOINTS} are "
+            "needed; let the others rest with --hold JOINT=DEGREES"
+        )
+    if robot.n_joints < N_JOINTS:
+        raise ModelError(
+            f"{path}: {robot.n_joints} joints move: {N_JOINTS} are needed to choose a swivel angle"
+        )
+    return robot
 
 
 def robot_posture(
