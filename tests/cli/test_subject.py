@@ -219,7 +219,7 @@ def test_limits_that_leave_nothing_are_named(capsys: Capture) -> None:
     ]
     words = [word for limit in limits for word in ("--limit", limit)]
     said = refused(capsys, "workspace", *words, *QUICK)
-    assert "the joint limits leave no volume; no range: scapula_protraction, " in said
+    assert "no volume, the hand does not move; no range: scapula_protraction, " in said
     found = answered(capsys, "workspace", *words, "--compare", "--details", *QUICK)
     assert found["volume_m3"]["limited"] == 0.0
     assert "reaches no volume (no range: " in found["status"]

@@ -188,8 +188,10 @@ def test_a_workspace_that_limits_leave_empty_names_them() -> None:
     still = {j: (0.5, 0.5) for j in arm.joints if j not in ("elbow_flexion", "shoulder_adduction")}
     still |= {"elbow_flexion": (1.0, 1.0), "shoulder_adduction": (1.0, 2.0)}
     held = Arm(**{**vars(arm), "chain": arm.with_limits(still).chain})
-    with pytest.raises(RangeError, match="leave no volume; no range: scapula_protraction, "):
+    with pytest.raises(RangeError, match="no volume, the hand moves on a line; no range: scapula"):
         workspace(held, options=WorkspaceOptions(n_points=64, shifts=2))
+    with pytest.raises(RangeError, match="on a surface; its joints allow no more"):
+        workspace(load_arm("planar"), options=WorkspaceOptions(n_points=64, shifts=2))
     free = arm.with_limits({j: (-3.0, 3.0) for j in arm.joints})
     space = workspace(free, limited=held, options=WorkspaceOptions(n_points=64, shifts=2))
     assert space.regions["limited"].volume == 0.0

@@ -22,8 +22,9 @@ from selfmotion.arrays import as_float_array, require_between, require_finite
 from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.body_frame import BodyFrame
-from selfmotion.kinematics.forward import forward_kinematics
+from selfmotion.kinematics.forward import forward_kinematics, frames_and_jacobian
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
+from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits
 from selfmotion.methods.reaching.ik_tasks import HandRows
 from selfmotion.methods.reaching.screen import ReachScreen, reach_screen
 from selfmotion.methods.reaching.volumes import Blocked, Draw, PlacedBox, Region, decide_box, extent
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
 
 # A joint with a narrower range cannot move (rad or m).
 NO_RANGE = 1e-9
+# Postures at which the directions of the hand are counted, and the least stretch (m/rad).
+RANK_POSTURES, NO_STRETCH = 64, 1e-9
 # How far beyond the hull of the points its true place is looked for (m).
 OUTWARDS = 0.03
 
@@ -241,6 +244,7 @@ def workspace(
         for a in (limited, arm)
         if a is not None
     )
+    _require_volume(arm)
     box = screens[-1].low, screens[-1].high
     points = Draw(opts.n_points, opts.shifts, opts.threads, blocked, draw)
     found = decide_box(screens, PlacedBox.between(*box), points)
@@ -282,6 +286,25 @@ def _slices(
         part = decide_box(screens, PlacedBox.between(low, high, axes), points)
         slices.append(Slice(float(height), part.regions, 2 * options.half_thickness))
     return tuple(slices)
+
+
+def _require_volume(arm: Arm) -> None:
+    """Refuse an arm whose hand stays on a point, line or surface: it has no volume to count.
+
+    Raises:
+        RangeError: names the joints without a range, or says that the arm has too few.
+    """
+    q = evenly(RANK_POSTURES, *finite_limits(arm))
+    J = frames_and_jacobian(arm.chain, q, arm.tip("hand"))[1][:, :3]
+    J = J * (arm.upper - arm.lower >= NO_RANGE)
+    stretch = np.linalg.svd(J, compute_uv=False)
+    rank = int((stretch > NO_STRETCH).sum(axis=1).max())
+    if rank == 3:
+        return
+    where = ("does not move", "moves on a line", "moves on a surface")[rank]
+    held = held_joints(arm)
+    reason = held if held.startswith("no range") else "its joints allow no more"
+    raise RangeError(f"empty workspace of {arm.name}: no volume, the hand {where}; {reason}")
 
 
 def _why_empty(screen: ReachScreen, draw: Draw) -> str:
