@@ -126,7 +126,7 @@ class Extras:
 
         out = [clouds_section(space, clouds) for clouds in self.clouds.values()]
         if self.maps is not None:
-            out.append(maps_section(self.maps))
+            out.append(maps_section(self.maps, self.limits))
         if self.held:
             out.append(held_section(self.held))
         if self.circles:

@@ -44,5 +44,5 @@ def circle_figure(found: CircleReach) -> Figure:
     right.set_title("joints")
     right.set_xlabel("angle on the circle (degrees)")
     right.set_ylabel("joint angle (degrees)")
-    legend_below(figure, right, columns=5)
+    legend_below(figure, right, columns=4)
     return figure

@@ -28,10 +28,11 @@ MEANINGS = {
 SHOWN = 20
 
 
-def maps_section(maps: WorkspaceMaps) -> Section:
-    """Show maps: one interactive figure, and slices of each."""
+def maps_section(maps: WorkspaceMaps, limits: str) -> Section:
+    """Show maps: one interactive figure, and slices of each; `limits` is free or limited."""
+    whose = "with the limits" if limits == "limited" else "without limits"
     return Section(
-        "Maps over the reachable space",
+        f"Maps over the space that is reached {whose}",
         words=(maps.summary(),),
         points=tuple(MEANINGS[name] for name in maps.values),
         charts=(
