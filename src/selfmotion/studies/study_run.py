@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from selfmotion._version import __version__
 from selfmotion.batch import Item, Outcome, Runner, run_batch
 from selfmotion.errors import FileFormatError, SelfmotionError
 from selfmotion.methods.identification import MotionArrays, identify_weights_from_arrays
@@ -22,13 +23,15 @@ from selfmotion.methods.weights.options import DEFAULT_OPTIONS, Method
 from selfmotion.methods.weights.series import estimate_each
 from selfmotion.motion.files.npz import read_npz
 from selfmotion.motion.recording import Recording, Study
-from selfmotion.provenance import Provenance, hash_file
+from selfmotion.provenance import Provenance, hash_arrays, hash_file
+from selfmotion.studies.kept_estimates import KeptEstimates
 from selfmotion.studies.study_file import StudyFile, Trial, find_trials
 from selfmotion.studies.study_statistics import Key, compare_all
 from selfmotion.studies.study_summary import StudySummary, summarise
 from selfmotion.studies.trial_run import CURVE, CURVE_POINTS, TrialJob, plan_people, run_trial
 
 JOURNAL = "journal.jsonl"
+ESTIMATES = "estimates.jsonl"
 MOVEMENTS = "movements"
 # Few targets make flat likelihoods, on which the estimator needs more than its usual 100 steps.
 MAX_ITERATIONS = 200
@@ -108,6 +111,21 @@ def run_study(
 
     Raises:
         FileFormatError: no file, or none that could be used.
+
+    Example:
+        >>> from selfmotion.arms import planar
+        >>> from selfmotion.motion.files.angles_csv import write_angles_csv
+        >>> from selfmotion.studies.study_file import StudyFile
+        >>> rng, t = np.random.default_rng(0), np.linspace(0.0, 1.0, 60)[:, None]
+        >>> folder = Path(tempfile.mkdtemp())
+        >>> for k in range(2):
+        ...     q = 0.5 + 0.3 * np.sin(3.0 * t + rng.uniform(0.0, 6.0, 3))
+        ...     one = Recording(t[:, 0], q=q, joints=planar().joints)
+        ...     _ = write_angles_csv(folder / f"P1_{k}.csv", [one])
+        >>> study = StudyFile(r"(?P<subject>P1)_(?P<trial>[0-9])[.]csv", cutoff=0)
+        >>> run = run_study(StudyPlan((folder,), study, "planar"))
+        >>> run.n_failed, run.groups["trials"].tolist()
+        (0, [2])
     """
     trials = find_trials(plan.study, plan.folders)
     done = on_start(len(trials)) if on_start else lambda outcome: None
@@ -133,8 +151,10 @@ def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path)
             f"none of {len(outcomes)} files could be used; the first: {first.key}: {first.status}"
         )
     movements = Study(tuple(r for path in usable for r in read_npz(path)))
-    estimates = estimate_groups(movements, plan.method)
-    pooled = estimate_pooled(movements, plan.method)
+    path = None if plan.out is None else plan.out / ESTIMATES
+    kept = KeptEstimates.open(path, resume=runner.resume)
+    estimates = estimate_groups(movements, plan.method, kept)
+    pooled = estimate_pooled(movements, plan.method, kept)
     groups = group_table(movements, estimates)
     tests, changes = compare_all(estimates, rng=np.random.default_rng(plan.seed))
     inputs = {t.key: hashes[t.path] for t in trials if t.path in hashes}
@@ -193,13 +213,20 @@ def trial_table(
     return pd.DataFrame(rows), whole
 
 
-def estimate_groups(movements: Study, method: Method) -> dict[Key, WeightEstimate]:
-    """Identify the weights of each person, side and condition, all trials pooled."""
+def estimate_groups(
+    movements: Study, method: Method, kept: KeptEstimates | None = None
+) -> dict[Key, WeightEstimate]:
+    """Identify the weights of each person, side and condition, all trials pooled.
+
+    Estimates that are kept from an interrupted run are taken from there, and new ones are kept.
+    """
     groups = movements.group("subject", "side", "condition")
-    return _estimates({_key(k): tuple(part) for k, part in groups.items()}, method)
+    return _estimates({_key(k): tuple(part) for k, part in groups.items()}, method, kept)
 
 
-def estimate_pooled(movements: Study, method: Method) -> dict[Key, WeightEstimate]:
+def estimate_pooled(
+    movements: Study, method: Method, kept: KeptEstimates | None = None
+) -> dict[Key, WeightEstimate]:
     """Identify the weights of each person and side with all conditions together.
 
     More targets excite more of the ratios. The condition of their keys is `POOLED`; a person with
@@ -210,7 +237,7 @@ def estimate_pooled(movements: Study, method: Method) -> dict[Key, WeightEstimat
         for k, part in movements.group("subject", "side").items()
         if len({r.labels.condition for r in part}) > 1
     }
-    return _estimates(groups, method)
+    return _estimates(groups, method, kept)
 
 
 def _key(labels: Sequence[str | None]) -> Key:
@@ -219,10 +246,11 @@ def _key(labels: Sequence[str | None]) -> Key:
 
 
 def _estimates(
-    groups: Mapping[Key, tuple[Recording, ...]], method: Method
+    groups: Mapping[Key, tuple[Recording, ...]], method: Method, kept: KeptEstimates | None
 ) -> dict[Key, WeightEstimate]:
     limit = None if method == "paper" else MAX_ITERATIONS
     options = replace(DEFAULT_OPTIONS, hash_inputs=False, max_iterations=limit)
+    store = kept or KeptEstimates()
 
     def identify(part: Study) -> WeightEstimate:
         # One array each for all trials: many short trials run several times faster so.
@@ -234,7 +262,14 @@ def _estimates(
             joints=part.joints,
             name=part[0].name,
         )
-        return identify_weights_from_arrays(joined, method=method, options=options)
+        arrays = [a for a in (joined.qd, joined.jacobian, joined.trial, joined.q) if a is not None]
+        known = f"{__version__} {method} {options} {joined.joints}"
+        fingerprint = f"{hash_arrays(*map(np.asarray, arrays))} {known}"
+        found = store.recall(fingerprint)
+        if found is None:
+            found = identify_weights_from_arrays(joined, method=method, options=options)
+            store.keep(fingerprint, found)
+        return found
 
     names = {"\n".join(key): key for key in groups}
     found = estimate_each({name: groups[key] for name, key in names.items()}, identify, method)
