@@ -123,6 +123,7 @@ def test_trials_carry_their_labels_and_static(folder):
         ("landmark", "rest_share = 2\nlandmark"),
         ("[names.side]", "[names.arm]"),
         ("strokes = 2", "strokes = 1"),
+        ("cutoff = 8", "cutoff = 8\ncentres = 'middle'"),
         ("between = [1, 2]", "between = [2, 1]"),
         ("[moments.drink]", "[moment.drink]"),
     ],

@@ -26,6 +26,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 
+from selfmotion.capture.person import CaptureOptions
 from selfmotion.capture.protocol import SIDES
 from selfmotion.errors import FileFormatError, RangeError, SelfmotionError, unknown_name
 from selfmotion.motion.labels import LABEL_NAMES, Frame, Labels
@@ -51,6 +52,8 @@ class StudyFile:
             whole recordings are used.
         person_ranges: whether joint limits are those of the arm as it is (one person's) and not
             those of adults.
+        centres: of the joints: functional (from the movements), or landmarks (middles of those in
+            the static trial).
         moments: condition to the moments of its movements.
     """
 
@@ -64,6 +67,7 @@ class StudyFile:
     landmark: str = "hand"
     rest_share: float = 0.05
     person_ranges: bool = False
+    centres: str = "functional"
     moments: Mapping[str, ConditionMoments] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
@@ -79,6 +83,7 @@ class StudyFile:
             raise RangeError(f"pattern {self.pattern!r}: needs a group (?P<subject>...)")
         if not 0.0 <= self.rest_share < 1.0:
             raise RangeError(f"rest_share = {self.rest_share:g}: allowed is 0 to below 1")
+        CaptureOptions(centres=self.centres)  # refuses what it does not know
         if not self.cutoff >= 0.0:
             raise RangeError(f"cutoff = {self.cutoff:g} Hz: allowed is 0 (none) and above")
 
@@ -134,7 +139,7 @@ def load_study_file(path: str | Path) -> StudyFile:
         raise FileFormatError(f"{path}: no pattern, which says how files are named")
     kinds = {"pattern": str, "static": str, "protocol": str, "frame": dict, "names": dict}
     kinds |= {"moments": dict}
-    kinds |= {"task": str, "landmark": str}
+    kinds |= {"task": str, "landmark": str, "centres": str}
     kinds |= {"cutoff": (int, float), "rest_share": (int, float), "person_ranges": bool}
     for key, value in table.items():
         if not isinstance(value, kinds[key]) or (isinstance(value, bool) and key[0] in "cr"):

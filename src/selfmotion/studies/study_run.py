@@ -164,6 +164,7 @@ def _run(plan: StudyPlan, trials: Sequence[Trial], runner: Runner, folder: Path)
         "static": plan.study.static,
         "protocol": plan.study.protocol if plan.study.static else None,
         "cutoff_hz": plan.study.smoothing,
+        "centres": plan.study.centres if plan.study.static else None,
         "task": plan.study.task or None,
         "landmark": plan.study.landmark,
         "rest_share": plan.study.rest_share,

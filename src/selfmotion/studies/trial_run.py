@@ -259,7 +259,7 @@ def calibrate(plan: Calibration, study: StudyFile, arm: str) -> Person:
         movements,
         side=plan.side,
         protocol=load_protocol(study.protocol),
-        options=CaptureOptions(cutoff=study.smoothing),
+        options=CaptureOptions(cutoff=study.smoothing, centres=study.centres),
     )
 
 
