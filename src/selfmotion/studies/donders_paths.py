@@ -125,6 +125,8 @@ def _one(
         tau = TIME_SHARE * duration
         paced = replace(own, damping_time=tau, spring_time=tau)
         motion = plan(task, paced, q[0], path[-1], settings)
+        if not np.isfinite(motion.q).all():
+            raise NotFiniteError(f"{name}: {motion.statuses[0].sentence}")
         row = _measures(name, motion.x[0], path, (postures, motion.q[0, -1], q[-1], side))
         row |= {"end_error_mm": 1e3 * float(motion.end_error[0])}
         rows.append(row | {"status": motion.statuses[0].sentence})
