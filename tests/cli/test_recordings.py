@@ -92,3 +92,9 @@ def test_angles_takes_units_and_axes(tmp_path: Path, capsys: Capture):
     assert "says 'mm', but 'm' was stated" in refused(capsys, *words, "--length-unit", "m")
     assert "perpendicular" in refused(capsys, *words, "--up", "y")
     assert answered(capsys, *words, "--up", "z", "--forward", "y")["movements"]
+
+
+def test_options_of_the_contract_that_change_nothing_are_accepted(capsys: Capture):
+    words = ("split", REACH, "--arm", "exoskeleton")
+    plain = answered(capsys, *words)
+    assert answered(capsys, *words, "--jobs", 2, "--resume", "--seed", 3, "--quiet") == plain

@@ -12,6 +12,7 @@ import typer
 
 from selfmotion.cli.options import Json, Out, Quiet, Report, Seed, StudyFile
 from selfmotion.cli.output import Contract, Document, Part, finish, save
+from selfmotion.cli.recordings import IdleJobs, IdleResume
 from selfmotion.errors import FileFormatError, RangeError, unknown_name
 from selfmotion.provenance import Provenance
 
@@ -121,6 +122,8 @@ def reproduce(
     json: Json = False,
     out: Out = None,
     report: Report = None,
+    jobs: IdleJobs = 1,
+    resume: IdleResume = False,
     seed: Seed = 2022,
     quiet: Quiet = False,
 ) -> int:

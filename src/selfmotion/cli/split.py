@@ -6,13 +6,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from selfmotion.cli.options import Json, Out, Report
+from selfmotion.cli.options import Json, Out, Quiet, Report
 from selfmotion.cli.output import Contract, Document, Number, Part, Vector, finish, numbers, save
 from selfmotion.cli.recordings import (
     AngleUnit,
     ArmName,
     Cutoff,
     Forward,
+    IdleJobs,
+    IdleResume,
+    IdleSeed,
     Inputs,
     LengthUnit,
     Rate,
@@ -117,6 +120,10 @@ def split(
     rate: Rate = None,
     up: Up = None,
     forward: Forward = None,
+    jobs: IdleJobs = 1,
+    resume: IdleResume = False,
+    seed: IdleSeed = 0,
+    quiet: Quiet = False,
     json: Json = False,
     out: Out = None,
     report: Report = None,

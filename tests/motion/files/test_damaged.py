@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -127,15 +128,22 @@ def test_damaged_bytes_never_raise_anything_else(tmp_path, number, data):
     read_all(path)
 
 
-def outcome_of_reading(path: Path) -> str:
+def whole_markers(path: Path) -> bool:
+    seen = read_c3d(path)
+    return seen.positions.shape == (len(seen.time), len(seen.names), 3)
+
+
+def whole_angles(path: Path) -> bool:
+    return all(r.array("q").shape == (r.n_samples, r.n_joints) for r in load(path))
+
+
+def outcome_of_reading(path: Path, read: Callable[[Path], bool] = whole_markers) -> str:
     """Read in a child process, so that a crash of the C++ library is an outcome like another."""
     child = os.fork()
     if child == 0:
         signal.alarm(20)
         try:
-            seen = read_c3d(path)
-            good = seen.positions.shape == (len(seen.time), len(seen.names), 3)
-            os._exit(0 if good else 2)
+            os._exit(0 if read(path) else 2)
         except SelfmotionError:
             os._exit(0)
         except BaseException:
@@ -155,3 +163,21 @@ def test_damaged_c3d_never_ends_the_process(tmp_path, data):
         content[data.draw(where) % len(content)] = data.draw(value)
     path.write_bytes(content)
     assert outcome_of_reading(path) == "0"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
+@settings(BOUNDED, max_examples=40)
+@given(data=st.data())
+def test_damaged_parquet_never_ends_the_process(tmp_path, data):
+    pytest.importorskip("pyarrow")
+    from selfmotion.motion.files.parquet import write_parquet
+
+    rng = np.random.default_rng(0)
+    bent = Recording(np.arange(K) / 100, q=rng.normal(size=(K, 3)), labels=WHO)
+    path = write_parquet(tmp_path / "x.parquet", [bent])
+    assert outcome_of_reading(path, whole_angles) == "0"
+    content = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(content[: data.draw(st.integers(len(content) // 2, len(content)))])
+    assert outcome_of_reading(path, whole_angles) == "0"

@@ -11,6 +11,7 @@ from selfmotion.motion import Frame
 from selfmotion.motion.files import load, load_markers
 from selfmotion.motion.files.angles_csv import read_angles_csv
 from selfmotion.motion.files.describe import describe
+from selfmotion.motion.files.orientation import read_orientations
 from selfmotion.motion.files.storage import read_storage
 
 DATA = Path(__file__).parents[4] / "shared" / "data"
@@ -23,7 +24,7 @@ STRIDE = 10
 @cache
 def files() -> tuple[Path, ...]:
     found = sorted(p for p in DATA.rglob("*") if p.is_file())
-    reaching = [p for p in found if "ue_adl" in p.parts]
+    reaching = [p for p in found if "ue_adl" in p.parts and p.suffix.lower() == ".csv"]
     return tuple([p for p in found if p not in reaching] + reaching[::STRIDE])
 
 
@@ -36,7 +37,7 @@ def sample(*parts: str) -> Path:
 
 @pytest.mark.parametrize("path", files() if DATA.is_dir() else (), ids=lambda p: p.name)
 def test_every_file_reads_or_is_refused_with_a_reason(path):
-    for read in (load, load_markers, describe):
+    for read in (load, load_markers, read_orientations, describe):
         try:
             found = read(path)
         except SelfmotionError as error:
@@ -44,6 +45,12 @@ def test_every_file_reads_or_is_refused_with_a_reason(path):
             assert len(str(error).replace(str(path), "")) > 15
         else:
             assert found is not None
+
+
+def test_every_kind_of_file_is_among_them():
+    """A kind that nobody tried would be neither read nor refused."""
+    kinds = {path.suffix.lower() for path in DATA.rglob("*") if path.is_file()}
+    assert kinds == {path.suffix.lower() for path in files()}
 
 
 @pytest.mark.parametrize(
