@@ -18,6 +18,7 @@ from selfmotion.methods.reaching.ik_tasks import HandRows
 from selfmotion.methods.reaching.regained import regained_by_joint, share_without_body
 from selfmotion.methods.reaching.regions import REGIONS, NamedRegion, decide_way, region_reach
 from selfmotion.methods.reaching.screen import ReachScreen, reach_screen
+from selfmotion.methods.reaching.sections import bounded_slices
 from selfmotion.methods.workspace import Workspace, WorkspaceOptions, workspace
 from selfmotion.spatial import transform
 from tests.methods.test_workspace import BRACE, telescope
@@ -55,6 +56,18 @@ def test_a_shell_is_bounded_by_the_two_ends_of_the_slide() -> None:
     np.testing.assert_allclose(np.abs(found.gains[:, 2]), 1.0, atol=1e-6)
     radius = np.linalg.norm(found.points, axis=1)
     np.testing.assert_allclose(radius, np.where(found.side > 0, 0.5, 0.3), atol=1e-4)
+
+
+def test_limits_of_slices_lie_in_the_slices() -> None:
+    options = WorkspaceOptions(n_points=256, shifts=2)
+    heights = [0.0, 0.25, 0.45]
+    cuts = bounded_slices(workspace(telescope(), heights=heights, options=options))
+    assert len(cuts) == 3
+    for cut, height in zip(cuts, heights, strict=True):
+        assert cut.boundary is not None
+        assert np.abs(cut.boundary.points[:, 2] - height).max() <= 0.02
+        # The inner sphere ends below the highest slice.
+        assert set(np.unique(cut.boundary.side)) == ({-1, 1} if height < 0.3 else {1})
 
 
 def test_a_straight_arm_is_bounded_by_its_length_and_a_bent_one_by_the_elbow() -> None:

@@ -66,10 +66,9 @@ def bounded_slices_figure(
     slices: Sequence[PlaneCut], body: BodyShapes, arm: Arm, *, cut_out: bool
 ) -> Figure:
     """Draw horizontal slices with the body, and in joint colours the limits that bound them."""
-    n_rows = -(-len(slices) // COLUMNS)
-    figure, axes = new_figure(
-        n_rows, COLUMNS, size=(7.2, 2.45 * n_rows + 0.9), share_x=True, share_y=True
-    )
+    n_columns = min(COLUMNS, len(slices))
+    n_rows = -(-len(slices) // n_columns)
+    figure, axes = new_figure(n_rows, n_columns, share_x=True, share_y=True)
     flat = axes.ravel()
     used: dict[tuple[int, int], int] = {}
     for ax, cut in zip(flat, slices, strict=False):
@@ -83,10 +82,13 @@ def bounded_slices_figure(
     flat[0].set(xlim=1e2 * np.array([low[0], high[0]]), ylim=1e2 * np.array([low[1], high[1]]))
     for i, ax in enumerate(flat[: len(slices)]):
         ax.label_outer()
-        if i + COLUMNS >= len(slices):
+        if i + n_columns >= len(slices):
             ax.tick_params(labelbottom=True)
             ax.set_xlabel(LABELS[RIGHT])
     order = sorted(used, key=lambda key: -used[key])
+    legend_rows = -(-(len(order) + 3) // 2)
+    width = max(2.4 * n_columns, 4.2 + 0.9 * n_columns)
+    figure.set_size_inches(width, 2.5 * n_rows + 0.4 + 0.18 * legend_rows)
     _legend(figure, slices[0], [_limit_handle(arm, *key) for key in order])
     return figure
 

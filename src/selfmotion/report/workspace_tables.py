@@ -77,7 +77,8 @@ def ranges_frame(
     """Give a table, one row a joint: ranges and norms as "low to high" (degrees)."""
     rows = []
     for i, joint in enumerate(arm.joints):
-        row = {"joint": joint_title(arm, joint), "free": _span(arm, i)}
+        first = "range" if limited is None else "free"
+        row = {"joint": joint_title(arm, joint), first: _span(arm, i)}
         if limited is not None:
             same = limited.lower[i] == arm.lower[i] and limited.upper[i] == arm.upper[i]
             row["limited"] = "as free" if same else _span(limited, i)
@@ -132,9 +133,10 @@ def regions_frame(regions: Sequence[RegionReach]) -> pd.DataFrame:
     for reach in regions:
         free = reach.sets["free"]
         whole = reach.region.bounded and reach.space > 0
+        first = "free arm (cm³)" if "lost" in reach.sets else "reached (cm³)"
         row = {
             "place": reach.region.title,
-            "free arm (cm³)": cm3(free.volume, free.standard_error),
+            first: cm3(free.volume, free.standard_error),
             "of the place": f"{100.0 * free.volume / reach.space:.0f} %" if whole else "–",
         }
         for name, title in (("limited", "kept"), ("lost", "lost")):

@@ -11,11 +11,11 @@ kinematics: so they stand for equal areas, but for the layer's thickness over th
 curvature (a few percent).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from selfmotion.arrays import freeze, require_between
 from selfmotion.kinematics.arm import Arm
@@ -85,6 +85,16 @@ class BoundaryLimits:
     def chosen(self, joint: int, side: int) -> np.ndarray:
         """Tell at which points this limit is the main one."""
         return (self.main == joint) & (self.side == side)
+
+    def among(self, chosen: Bool[np.ndarray, " boundary"]) -> "BoundaryLimits":
+        """Give some of the points (a mask), as those near a plane."""
+        return replace(
+            self,
+            points=freeze(self.points[chosen]),
+            normals=freeze(self.normals[chosen]),
+            gains=freeze(self.gains[chosen]),
+            main=freeze(self.main[chosen]),
+        )
 
     def to_frame(self) -> "pd.DataFrame":
         """Give a table, one row a limit: share of the boundary, and what a degree would gain."""
