@@ -49,7 +49,7 @@ def predicted_figure(predictions: pd.DataFrame, names: Sequence[str]) -> Figure:
     columns = min(len(names), COLUMNS)
     rows = -(-len(names) // columns)
     figure, axes = new_figure(
-        rows, columns, size=(7.2, 0.9 + 2.35 * rows), share_x=True, share_y=True
+        rows, columns, size=(7.2, 1.1 + 2.45 * rows), share_x=True, share_y=True
     )
     kinds = list(dict.fromkeys(predictions["kind"]))
     both = np.rad2deg(
@@ -73,10 +73,10 @@ def predicted_figure(predictions: pd.DataFrame, names: Sequence[str]) -> Figure:
                 alpha=0.7,
                 label=words(kind),
             )
-        ax.set_title(_broken(name))
+        ax.set_title(_broken(name), fontsize=8.5)
         ax.set_xlim(low, high)
         ax.set_ylim(low, high)
-        ax.set_aspect("equal")
+        ax.set_aspect("equal", adjustable="box")
     for ax in axes.flat[len(names) :]:
         ax.set_visible(False)
     for ax in axes[-1]:
@@ -158,8 +158,10 @@ def sensitivity_figure(sensitivity: pd.DataFrame) -> Figure:
     figure, axes = new_figure(1, 2, size=(7.2, 1.3 + 0.27 * len(variants)), share_y=True)
     left, right = axes[0]
     rows = sensitivity.drop_duplicates("variant").set_index("variant").loc[variants]
-    left.barh(range(len(variants)), rows["shift_deg"].to_numpy(dtype=float), color=INK, height=0.5)
-    left.set_xlabel("mean shift of natural angles (deg)")
+    places = list(range(len(variants)))
+    left.barh(places, rows["moved_deg"].to_numpy(dtype=float), color=GREY, height=0.5)
+    left.plot(rows["shift_deg"].to_numpy(dtype=float), places, "o", color=INK)
+    left.set_xlabel("shift of natural angles (deg)\nbar: mean size; dot: mean")
     left.axvline(0.0, color=GREY, linewidth=0.7)
     for i, name in enumerate(names):
         part = sensitivity.loc[sensitivity["predictor"] == name].set_index("variant")

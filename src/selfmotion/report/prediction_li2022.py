@@ -80,14 +80,14 @@ def trials_figure(trials: pd.DataFrame, coordinates: pd.DataFrame) -> Figure:
         above.axvline(place + 0.5, color=BASELINE, linewidth=0.7)
     for kind, part in order.groupby("kind", sort=False):
         above.annotate(
-            words(str(kind)),
+            words(str(kind)).replace(", ", ",\n"),
             (float(np.mean(part.index.to_numpy())), 1.0),
             xycoords=("data", "axes fraction"),
             ha="center",
             va="top",
             fontsize=7.5,
         )
-    above.margins(y=0.18)
+    above.margins(y=0.25)
     above.set_xlabel("moment")
     above.set_ylabel("swivel angle (deg)")
     above.set_title("A  natural and replicated")

@@ -36,6 +36,8 @@ from selfmotion.studies.trial_run import plan_people
 # Elbows nearer to the line from shoulder to wrist have no swivel angle to speak of (m).
 LEAST_RADIUS = 0.02
 JOURNAL = "journal.jsonl"
+# What is fitted anew for each variant: it needs few criteria.
+OF_VARIANTS = (BASELINE, f"{START}, bias", f"{START}, bias per task", "regression on hand pose")
 # Fitting on others needs as many of them.
 LEAST_PEOPLE = 3
 
@@ -205,7 +207,7 @@ def _variant(name: str, records: Sequence[dict[str, Any]]) -> pd.DataFrame:
     kept = [r for r in records if r["elbow_radius_m"] >= LEAST_RADIUS]
     observations = [from_record(r) for r in kept]
     criteria = list(observations[0].criteria) if observations else []
-    fitted = [p for p in FITTED if name == BASE.name or p.name in (BASELINE, f"{START}, bias")]
+    fitted = [p for p in FITTED if name == BASE.name or p.name in OF_VARIANTS]
     said = left_out(observations, [*(Computed(k) for k in criteria), *fitted])
     rows = [
         {

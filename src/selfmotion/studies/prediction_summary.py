@@ -104,25 +104,18 @@ def spread(
     """Give how much natural angles vary within and between people, one row a kind (deg).
 
     Returns:
-        Columns: kind; mean_deg; within_deg, standard deviation over repeats, pooled over people;
-        between_deg, standard deviation of people's means; each with its bootstrap interval over
-        people; people and moments.
+        Columns: kind; mean_deg; within_deg, standard deviation over repeats with one arm, pooled
+        over people; between_deg, standard deviation of people's means (over arms); each with its
+        bootstrap interval over people; people and moments.
     """
     rows = []
     for kind, part in observations.groupby("kind", sort=False):
-        people = [
-            g.to_numpy(dtype=float) for _, g in part.groupby("subject", sort=False)["natural"]
-        ]
-        centres = np.array([mean_angle(values) for values in people])
+        people = [arms_of(own) for _, own in part.groupby("subject", sort=False)]
+        centres = np.array([mean_angle([mean_angle(arm) for arm in arms]) for arms in people])
         middle = mean_angle(centres)
         means = np.rad2deg(angle_between(centres, middle))
-        squares = np.array(
-            [
-                (np.rad2deg(angle_between(v, m)) ** 2).sum()
-                for v, m in zip(people, centres, strict=True)
-            ]
-        )
-        freedom = np.array([len(values) - 1.0 for values in people])
+        squares = np.array([sum(_square_sum(arm) for arm in arms) for arms in people])
+        freedom = np.array([sum(len(arm) - 1.0 for arm in arms) for arms in people])
         drawn = rng.integers(len(people), size=(draws, len(people)))
         n = len(people)
         within = np.sqrt(_ratio(squares[drawn].sum(axis=1), freedom[drawn].sum(axis=1)))
@@ -136,10 +129,15 @@ def spread(
                 "between_deg": float(means.std(ddof=1)) if n > 1 else np.nan,
                 **_limits("between_", between),
                 "people": n,
-                "moments": sum(len(values) for values in people),
+                "moments": len(part),
             }
         )
     return pd.DataFrame(rows)
+
+
+def arms_of(person: pd.DataFrame) -> list[Float[np.ndarray, " repeats"]]:
+    """Give the natural angles of each arm of a person (rad)."""
+    return [arm["natural"].to_numpy(dtype=float) for _, arm in person.groupby("side", sort=False)]
 
 
 def compare_variants(
@@ -199,6 +197,11 @@ def _mean_errors(predictions: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame
 def _mean_over(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
     means = table.groupby(list(keys), sort=False)["error_deg"].mean()
     return pd.DataFrame({"error_deg": means}).reset_index()
+
+
+def _square_sum(angles: Float[np.ndarray, " repeats"]) -> float:
+    """Give the sum of squared deviations from the mean (deg²)."""
+    return float((np.rad2deg(angle_between(angles, mean_angle(angles))) ** 2).sum())
 
 
 def _mean(values: Float[np.ndarray, " values"]) -> float:
