@@ -92,6 +92,7 @@ def test_results_are_written_and_an_interrupted_run_goes_on(
         ("x,y,z\nnan,0,0\n", "row 2, column x: 'nan' is no finite number"),
         ("x,y\n0,0\n", "no column z"),
         ("x,y,z\n0,0,up\n", "row 2, column z: 'up' is no number"),
+        ("x,y,z\n0,0,1e300\n", "row 2, column z: 1e+300 m is beyond 1e+06"),
     ],
 )
 def test_bad_files_are_one_line(tmp_path: Path, capsys: Capture, text: str, reason: str) -> None:

@@ -213,6 +213,65 @@ def test_rotation_vector_targets_of_a_pose():
     np.testing.assert_allclose(exp_rotation(rows[:, 3:]), T[:, :3, :3], atol=1e-12)
 
 
+def test_poses_at_the_ends_of_all_ranges_are_reached():
+    """Their basins are small: evenly spread restarts alone miss one of eight."""
+    arm, rng = upper_limb(), np.random.default_rng(16)
+    corners = np.where(rng.random((200, 9)) < 0.5, arm.lower, arm.upper)
+    for task, part in ((Pose(arm), np.s_[:]), (Position(arm), np.s_[:, :3, 3])):
+        assert solve_ik(task, hand(arm, corners)[part]).solved.all()
+
+
+@pytest.mark.parametrize("moving", ["scapula_elevation", "elbow_flexion", "wrist_pronation"])
+def test_all_joints_locked_but_one(moving):
+    arm, rng = upper_limb(), np.random.default_rng(17)
+    middle = dict(zip(arm.joints, arm.middle(), strict=True))
+    arm = arm.with_limits({j: (v, v) for j, v in middle.items() if j != moving})
+    q = arm.random_postures(40, rng)
+    solution = solve_ik(Pose(arm), hand(arm, q))
+    assert solution.solved.all()
+    np.testing.assert_allclose(solution.q, q, atol=1e-3)
+
+
+def test_no_weights_keep_a_target_from_being_reached():
+    arm, rng = upper_limb(), np.random.default_rng(18)
+    target = hand(arm, arm.random_postures(40, rng))[:, :3, 3]
+    for weight in (1e-12, 1e-300, 1e300):
+        assert solve_ik(Position(arm), target, weights=[weight] + [1.0] * 8).solved.all()
+
+
+@pytest.mark.parametrize("rows", [("x", "y", "z"), ("x", "rot_z"), ROWS], ids=",".join)
+def test_out_of_reach_is_as_near_as_scipy_comes(rows):
+    arm, rng = upper_limb(True), np.random.default_rng(19)
+    task = HandRows(arm, rows)
+    far = task.value(arm.random_postures(6, rng))
+    far[:, : len(task.axes)] *= 2.5
+    found = solve_ik(task, far)
+    scale = task.row_scale
+    for k in np.flatnonzero(~found.solved)[:3]:
+        ours = np.hypot(found.position_error[k], task.rotation_scale * found.rotation_error[k])
+        best = min(
+            least_squares(
+                lambda q, k=k: scale * task.error(q, far[k])[0],
+                start,
+                jac=lambda q, k=k: -scale[:, None] * task.jacobian(q)[0],  # pyright: ignore[reportArgumentType]
+                bounds=(arm.lower, arm.upper),
+            ).cost
+            for start in arm.random_postures(3, rng)
+        )
+        assert ours < np.sqrt(2 * best) + 5e-3
+
+
+def test_bad_targets_and_options():
+    arm = upper_limb()
+    with pytest.raises(RangeError, match=r"target\[0, 1\] = 1e\+300: allowed is up to 1e\+06"):
+        solve_ik(Position(arm), [[0.1, 1e300, 0.2]])
+    for wrong in (np.diag([2.0, 2, 2, 1]), np.diag([1.0, 1, -1, 1])):
+        with pytest.raises(RangeError, match=r"target\[0\]: .* no rotation"):
+            solve_ik(Pose(arm), wrong[None])
+    with pytest.raises(RangeError, match="position_tolerance = inf: must be finite"):
+        IkOptions(position_tolerance=np.inf)
+
+
 def test_bad_input():
     arm = upper_limb()
     task = Position(arm)

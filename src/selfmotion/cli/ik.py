@@ -223,14 +223,31 @@ def read_targets(path: Path, held: tuple[str, ...]) -> Rows:
     position = [row for row in held if row in POSITION]
     turns = [row for row in held if row in TURNS]
     if not turns:
-        return read_rows(path, position, bare=position)
+        return without_far(read_rows(path, position, bare=position), position)
     bare = ("id", *QUATERNION, *POSITION)
-    rows = read_rows(path, position, [QUATERNION, turns], bare=bare)
+    rows = without_far(read_rows(path, position, [QUATERNION, turns], bare=bare), position)
     if rows.has(QUATERNION):
         return with_unit_quaternions(rows)
     if not rows.has(turns):
         read_rows(path, [*position, *QUATERNION])  # says which column is missing
     return rows
+
+
+def without_far(rows: Rows, position: list[str]) -> Rows:
+    """Mark rows whose position is so far that it can only be a slip.
+
+    Raises:
+        FileFormatError: no row is left.
+    """
+    from selfmotion.methods.reaching.ik_tasks import FARTHEST
+
+    problems = [""] * len(rows)
+    for name in position:
+        for i, value in enumerate(rows.columns[name].tolist()):
+            if abs(value) > FARTHEST:
+                where = f"{rows.table.path}: row {rows.table.rows[i]}, column {name}"
+                problems[i] = problems[i] or f"{where}: {value:g} m is beyond {FARTHEST:g}"
+    return rows.with_problems(problems)
 
 
 def goals_in_ground(rows: Rows, held: tuple[str, ...], T_ground_file: "np.ndarray") -> "np.ndarray":

@@ -9,9 +9,7 @@ one arctangent alias poses), eq. 12's repeated rows are read as rows of x, y, z,
 published scheme may clip the task error of a step, without which it often diverges.
 """
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -20,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, freeze, require_finite
 from selfmotion.errors import RangeError, ShapeError, Status
+from selfmotion.kinematics.threads import share
 from selfmotion.methods.reaching import ik_kernels
 from selfmotion.methods.reaching.ik_arrays import (
     Goals,
@@ -30,7 +29,13 @@ from selfmotion.methods.reaching.ik_arrays import (
     Rows,
     Seeds,
 )
-from selfmotion.methods.reaching.ik_seeds import SeedTable, finite_limits, model_of, seed_table
+from selfmotion.methods.reaching.ik_seeds import (
+    SeedTable,
+    evenly,
+    finite_limits,
+    model_of,
+    seed_table,
+)
 from selfmotion.methods.reaching.ik_tasks import HandRows, as_hand_rows, goals_of
 from selfmotion.provenance import Provenance, hash_arrays
 from selfmotion.redundancy.task import Pose, Position
@@ -42,6 +47,10 @@ if TYPE_CHECKING:
 INSIDE = 1e-6
 # Targets below which a second thread costs more than it saves.
 TARGETS_PER_THREAD = 256
+# A pose missed by less than this (m, with angles times the rotation scale) is tried again from so
+# many postures for each restart, most of which have joints at their limits: poses at the end of
+# several ranges have small basins, which evenly spread postures rarely meet.
+NEAR_MISS, AGAIN, MOST_AGAIN, STRETCH = 0.1, 4, 200, 2.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,8 @@ class IkOptions:
         position_tolerance: m.
         rotation_tolerance: rad.
         max_iterations: of one start: steps tried ("box") or taken ("published").
-        restarts: starts after the first; 0 for a single start. The published scheme has none.
+        restarts: starts after the first; 0 for a single start. The published scheme has none. A
+            pose that is missed by little is given four times as many more.
         threads: how many threads share the targets.
         gain_step: k0 dt of eq. 16 in one step (published).
         damping: μ of eq. 15 (published).
@@ -80,6 +90,12 @@ class IkOptions:
         for name in (*names, "gain_step", "error_clip"):
             if not getattr(self, name) > 0:
                 raise RangeError(f"{name} = {getattr(self, name):g}: must be above 0")
+        for name in ("position_tolerance", "rotation_tolerance"):
+            if not np.isfinite(getattr(self, name)):
+                raise RangeError(f"{name} = {getattr(self, name):g}: must be finite")
+        for name in ("max_iterations", "restarts", "threads"):
+            if not isinstance(getattr(self, name), int | np.integer):
+                raise RangeError(f"{name} = {getattr(self, name)}: must be a whole number")
         for name in ("restarts", "damping"):
             if not getattr(self, name) >= 0:
                 raise RangeError(f"{name} = {getattr(self, name):g}: allowed is 0 and above")
@@ -184,8 +200,10 @@ def solve_ik(
         rows_task.rotation_scale,
         mobility_of(rows_task, weights),
     )
-    result = _run(model_of(rows_task), rows, goals, (first, start is None), opts, seeds)
-    q, errors, counts, solved = result
+    out = _run(model_of(rows_task), rows, goals, (first, start is None), opts, seeds)
+    if opts.scheme == "box" and opts.restarts and not out.solved.all():
+        _persist(rows_task, rows, goals, opts, seeds, out)
+    q, errors, counts, solved = out
     missed = int((~solved).sum())
     sentence = f"{len(q) - missed} of {len(q)} targets reached"
     if missed:
@@ -247,19 +265,49 @@ def _run(
             views = Outputs(*(o[a:b] for o in out))
             ik_kernels.solve_batch(model, rows, part, table, limits, begin, views)
 
-    share(work, n_targets, options.threads)
+    share(work, n_targets, options.threads, least=TARGETS_PER_THREAD)
     return out
 
 
-def share(work: Callable[[int, int], None], n_items: int, threads: int) -> None:
-    """Call ``work(first, after_last)`` on parts of n_items, in threads if there are enough."""
-    used = max(1, min(threads, n_items // TARGETS_PER_THREAD))
-    edges = np.linspace(0, n_items, used + 1).astype(int).tolist()
-    if used == 1:
-        work(0, n_items)
+def _persist(
+    task: HandRows,
+    rows: Rows,
+    goals: Goals,
+    options: IkOptions,
+    seeds: SeedTable | None,
+    out: Outputs,
+) -> None:
+    """Try again what was missed: with joints that all move alike, then from the limits."""
+    model, alike = model_of(task), rows._replace(mobility=np.ones_like(rows.mobility))
+    if not np.array_equal(alike.mobility, rows.mobility):
+        missed = np.flatnonzero(~out.solved)
+        part = Goals(*(g[missed] for g in goals))
+        found = _run(model, alike, part, (out.q[missed], False), options, seeds)
+        _keep_better(out, missed, found, task.rotation_scale)
+    if not task.angles:
         return
-    with ThreadPoolExecutor(used) as pool:
-        list(pool.map(work, edges[:-1], edges[1:]))
+    single, (low, high) = replace(options, restarts=0), finite_limits(task.arm)
+    middle = 0.5 * (low + high)
+    for q in evenly(min(AGAIN * options.restarts, MOST_AGAIN), low, high):
+        cost = np.hypot(out.errors[:, 0], task.rotation_scale * out.errors[:, 1])
+        missed = np.flatnonzero(~out.solved & (cost < NEAR_MISS))
+        if not missed.size:
+            return
+        start = np.clip(middle + STRETCH * (q - middle), low, high)[None]
+        part = Goals(*(g[missed] for g in goals))
+        found = _run(model, alike, part, (start, False), single, None)
+        _keep_better(out, missed, found, task.rotation_scale)
+
+
+def _keep_better(out: Outputs, places: np.ndarray, new: Outputs, scale: float) -> None:
+    """Take over what is solved, or nearer; count the steps and the starts."""
+    before = np.hypot(out.errors[places, 0], scale * out.errors[places, 1])
+    better = new.solved | (np.hypot(new.errors[:, 0], scale * new.errors[:, 1]) < before)
+    out.q[places[better]] = new.q[better]
+    out.errors[places[better]] = new.errors[better]
+    out.solved[places] = new.solved
+    out.counts[places, 0] += new.counts[:, 0]
+    out.counts[places, 1] += 1 + new.counts[:, 1]
 
 
 def _published(model: Model, options: IkOptions, first: np.ndarray) -> tuple[Published, np.ndarray]:

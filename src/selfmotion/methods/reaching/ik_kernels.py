@@ -28,9 +28,10 @@ DAMPING, LEAST_DAMPING = 1e-2, 1e-9
 LONGEST_STEP = 1.2
 # The posture is the nearest one when the squared gradient is below this part of the squared
 # error, or when this many steps in a row leave more than this part of it.
-STATIONARY, SLOW_STEPS = 1e-6, 2
-# That part for a start among many, and for the last word on a target out of reach.
-HASTY, PATIENT = 0.6, 0.98
+STATIONARY, STILL_NEARER, SLOW_STEPS = 1e-6, 1e-9, 2
+# That part for a start among many, for a single start, and for the last word on a target out of
+# reach, where steps leave ever more of an error that cannot vanish.
+HASTY, PATIENT, LAST = 0.6, 0.98, 1.0 - 1e-6
 # On a path: longest step, and the step that counts as none.
 LONGEST_PATH_STEP, STILL = 0.3, 1e-7
 # Restarts from the nearest seeds; after them, so many seeds are passed over at each restart.
@@ -56,6 +57,7 @@ def descend(model, rows, position, rotation, angles, options, slow_part, q, w):
     cost = near + weight * turned
     near_new, turned_new, cost_new = near, turned, cost
     factor, slow, evaluation = 1.0, 0, 1
+    stationary = STATIONARY if slow_part < LAST else STILL_NEARER
     while evaluation < most:
         if near <= near2 and turned <= turn2:
             return near, turned, evaluation, True
@@ -64,7 +66,7 @@ def descend(model, rows, position, rotation, angles, options, slow_part, q, w):
             rest[r] = error[r]
         while True:
             slope = bounded_step(model, rows, q, factor * DAMPING * cost + LEAST_DAMPING, w)
-            if slope <= STATIONARY * cost:
+            if slope <= stationary * cost:
                 return near, turned, evaluation, False
             longest = LONGEST_STEP
             for j in range(n):
@@ -173,7 +175,7 @@ def solve_one(model, rows, goals, k, seeds, options, start, best, scores, w):
             return near, turned, evaluations, attempt, True
     if options.restarts > 0:
         near, turned, n_done, solved = descend(
-            model, rows, position, rotation, angles, options, PATIENT, best, w
+            model, rows, position, rotation, angles, options, LAST, best, w
         )
         return near, turned, evaluations + n_done, options.restarts, solved
     return near, turned, evaluations, options.restarts, False

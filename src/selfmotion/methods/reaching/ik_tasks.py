@@ -22,6 +22,10 @@ from selfmotion.redundancy.task import Pose, Position
 from selfmotion.spatial import exp_rotation
 
 ROWS = ("x", "y", "z", "rot_x", "rot_y", "rot_z")
+# Targets beyond this (m, rad) are slips of a unit, and their squares lose every arm.
+FARTHEST = 1e6
+# How far a frame's rotation may be from one (entries of RᵀR - I).
+ORTHONORMAL = 1e-6
 _MODES = {
     (): ik_arrays.FREE_ROTATION,
     (0, 1, 2): ik_arrays.FULL_ROTATION,
@@ -151,13 +155,15 @@ class HandRows:
         Raises:
             ShapeError: the target has another shape.
             NotFiniteError: it holds NaN or infinite values.
+            RangeError: a value is beyond `FARTHEST`, or a frame holds no rotation.
         """
         array = as_float_array("target", target)
-        require_finite("target", array)
+        _require_sensible(array)
         # Four samples of four rows are rows; a single frame is then asked for as (1, 4, 4).
         one_frame = array.shape == (4, 4) and len(self.rows) != 4
         if one_frame or (array.ndim == 3 and array.shape[1:] == (4, 4)):
             T = array.reshape(-1, 4, 4)
+            _require_rotations(T)
             angles = roll_pitch_yaw(T[:, :3, :3])
             return ik_arrays.Goals(T[:, :3, 3].copy(), T[:, :3, :3].copy(), angles)
         values = np.atleast_2d(array)
@@ -187,11 +193,32 @@ def goals_of(task: HandRows | Position | Pose, target: ArrayLike) -> ik_arrays.G
     """
     array = as_float_array("target", target)
     if isinstance(task, Pose) and array.shape[-1:] == (6,) and array.ndim <= 2:
-        require_finite("target", array)
+        _require_sensible(array)
         rows = np.atleast_2d(array)
         rotation = exp_rotation(rows[:, 3:])
         return ik_arrays.Goals(rows[:, :3].copy(), rotation, roll_pitch_yaw(rotation))
     return as_hand_rows(task).goals(array)
+
+
+def _require_sensible(target: np.ndarray) -> None:
+    require_finite("target", target)
+    far = np.abs(target) > FARTHEST
+    if far.any():
+        at = tuple(int(i) for i in np.argwhere(far)[0])
+        where = ", ".join(map(str, at))
+        raise RangeError(f"target[{where}] = {target[at]:g}: allowed is up to {FARTHEST:g}")
+
+
+def _require_rotations(T: np.ndarray) -> None:
+    R = T[:, :3, :3]
+    off = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2)) > ORTHONORMAL
+    off |= np.linalg.det(R) < 0
+    if off.any():
+        i = int(np.argmax(off))
+        raise RangeError(
+            f"target[{i}]: its first three rows and columns are no rotation (orthonormal and "
+            f"right-handed to {ORTHONORMAL:g})"
+        )
 
 
 def roll_pitch_yaw(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 3"]:
