@@ -1,6 +1,7 @@
 """Marker inverse kinematics beside OpenSim's, on the same frames and the same arm, on one core.
 
     python benchmarks/marker_ik.py FOLDER --study study.toml [--people 8] [--trials 4]
+        [--accuracy 1e-5]
 
 FOLDER and study file as for ``selfmotion weights FOLDER --study`` with marker files. Each person is
 calibrated by selfmotion; the person's arm is then written as an OpenSim model (pin joints, the same
@@ -43,6 +44,23 @@ from selfmotion.studies.people import load_people
 from selfmotion.studies.study_file import load_study_file
 
 ACCURACY = 1e-5  # OpenSim's default
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frames of one trial as OpenSim reads them.
+
+    Attributes:
+        trc: file of the markers.
+        count: number of frames.
+        rate: Hz.
+        accuracy: asked of OpenSim.
+    """
+
+    trc: Path
+    count: int
+    rate: float
+    accuracy: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,18 +123,18 @@ def silenced() -> Iterator[None]:
             os.close(screen)
 
 
-def run_tool(model: MarkerModel, trc: Path, frames: int, rate: float) -> Answer:
+def run_tool(model: MarkerModel, frames: Frames) -> Answer:
     """Run the InverseKinematicsTool: model and TRC in, MOT out."""
-    made, folder = opensim_model(model), trc.parent
+    made, folder = opensim_model(model), frames.trc.parent
     tool = osim.InverseKinematicsTool()
     tool.setModel(made)
-    tool.setMarkerDataFileName(str(trc))
+    tool.setMarkerDataFileName(str(frames.trc))
     tool.setOutputMotionFileName(str(folder / "ik.mot"))
     tool.setResultsDir(str(folder))
     tool.set_report_errors(False)
     tool.setStartTime(0.0)
-    tool.setEndTime((frames - 1) / rate)
-    tool.set_accuracy(ACCURACY)
+    tool.setEndTime((frames.count - 1) / frames.rate)
+    tool.set_accuracy(frames.accuracy)
     tasks = tool.getIKTaskSet()
     for name in model.markers:
         task = osim.IKMarkerTask()
@@ -133,21 +151,21 @@ def run_tool(model: MarkerModel, trc: Path, frames: int, rate: float) -> Answer:
     return Answer(np.deg2rad(table.values[:, columns]), seconds)
 
 
-def run_solver(model: MarkerModel, trc: Path, frames: int, rate: float) -> Answer:
+def run_solver(model: MarkerModel, frames: Frames) -> Answer:
     """Run the InverseKinematicsSolver frame by frame; nothing is written."""
     made = opensim_model(model)
     state = made.initSystem()
     weights = osim.SetMarkerWeights()
     for name in model.markers:
         weights.cloneAndAppend(osim.MarkerWeight(name, float(model.weights.get(name, 1.0))))
-    reference = osim.MarkersReference(str(trc), weights)
+    reference = osim.MarkersReference(str(frames.trc), weights)
     solver = osim.InverseKinematicsSolver(made, reference, osim.SimTKArrayCoordinateReference())
-    solver.setAccuracy(ACCURACY)
+    solver.setAccuracy(frames.accuracy)
     coordinates = [made.getCoordinateSet().get(name) for name in model.arm.joints]
-    q = np.empty((frames, len(coordinates)))
+    q = np.empty((frames.count, len(coordinates)))
     begin = time.process_time()
-    for k in range(frames):
-        state.setTime(k / rate)
+    for k in range(frames.count):
+        state.setTime(k / frames.rate)
         if k == 0:
             solver.assemble(state)
         else:
@@ -162,7 +180,9 @@ def run_ours(model: MarkerModel, targets: np.ndarray, options: MarkerIkOptions) 
     return Answer(q, time.process_time() - begin)
 
 
-def trial(person: Person, motion: ArmMotion, rate: float) -> tuple[np.ndarray, dict[str, Answer]]:
+def trial(
+    person: Person, motion: ArmMotion, rate: float, accuracy: float
+) -> tuple[np.ndarray, dict[str, Answer]]:
     """Solve one trial by all; give its targets and their answers."""
     targets, model = landmarks_in_ground(person, motion), person.model
     calm = np.clip(np.median(person.calibration.q, axis=0), model.arm.lower, model.arm.upper)
@@ -170,11 +190,12 @@ def trial(person: Person, motion: ArmMotion, rate: float) -> tuple[np.ndarray, d
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         times = np.arange(len(targets)) / rate
-        write_trc(folder / "m.trc", MarkerSet(times, model.markers, targets, Frame()))
+        frames = Frames(folder / "m.trc", len(targets), rate, accuracy)
+        write_trc(frames.trc, MarkerSet(times, model.markers, targets, Frame()))
         return targets, {
             "selfmotion": run_ours(model, targets, MarkerIkOptions(starts=starts)),
-            "OpenSim solver": run_solver(model, folder / "m.trc", len(targets), rate),
-            "OpenSim tool": run_tool(model, folder / "m.trc", len(targets), rate),
+            "OpenSim solver": run_solver(model, frames),
+            "OpenSim tool": run_tool(model, frames),
         }
 
 
@@ -205,12 +226,13 @@ def main() -> None:
     parser.add_argument("--study", type=Path, required=True)
     parser.add_argument("--people", type=int, default=8)
     parser.add_argument("--trials", type=int, default=4, help="of each person, spread over theirs")
+    parser.add_argument("--accuracy", type=float, default=ACCURACY, help="asked of OpenSim")
     args = parser.parse_args()
     osim.Logger.setLevelString("off")
     print(platform.processor() or platform.machine(), platform.python_version())
     print(
         f"  selfmotion {version('selfmotion')}, OpenSim {osim.GetVersion()}, "
-        f"numba {version('numba')}, numpy {np.__version__}; accuracy of OpenSim {ACCURACY:g}"
+        f"numba {version('numba')}, numpy {np.__version__}; accuracy of OpenSim {args.accuracy:g}"
     )
     found: dict[str, list[dict[str, float]]] = {}
     people = load_people([args.folder], load_study_file(args.study))
@@ -222,7 +244,7 @@ def main() -> None:
         step = max(1, len(recorded.movements) // args.trials)
         for movement in recorded.movements[::step][: args.trials]:
             model, rate = recorded.person.model, movement.motion.recording.rate or 100.0
-            targets, answers = trial(recorded.person, movement.motion, rate)
+            targets, answers = trial(recorded.person, movement.motion, rate, args.accuracy)
             ours = answers["selfmotion"].q
             _, best = errors(model, ours, targets)
             for name, answer in answers.items():
