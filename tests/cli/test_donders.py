@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from selfmotion.arms import wrist
 from selfmotion.kinematics.forward import forward_kinematics
@@ -39,8 +40,6 @@ def test_the_law_of_the_example_is_found_within_its_errors(capsys: Capture) -> N
 def test_orientations_give_what_angles_give(
     exact: np.ndarray, form: str, tmp_path: Path, capsys: Capture
 ) -> None:
-    from scipy.spatial.transform import Rotation
-
     arm = wrist()
     turns = Rotation.from_matrix(forward_kinematics(arm.chain, exact, arm.tip("hand"))[:, :3, :3])
     names, values = {
@@ -121,3 +120,36 @@ def test_a_bad_prior_is_one_line(tmp_path: Path, capsys: Capture, text: str, rea
     line = refused(capsys, "donders", POSTURES, "--prior", prior)
     assert reason in line
     assert str(prior) in line
+
+
+def test_the_surface_of_another_segment(tmp_path: Path, capsys: Capture) -> None:
+    """Upper-arm orientations about y, torsion 0.3 a b exactly, in any form, from any reference."""
+    a, b = (g.ravel() for g in np.meshgrid(np.linspace(-0.5, 0.5, 7), np.linspace(-0.4, 0.4, 7)))
+    turns = Rotation.from_rotvec(np.stack([a, 0.3 * a * b, b], axis=1))
+    there = Rotation.from_rotvec([0.3, -1.2, 0.7]) * turns
+    files = {"quaternions": there.as_quat(), "matrices": there.as_matrix()}
+    for name, values in files.items():
+        np.savez(tmp_path / f"{name}.npz", **{name: values})
+        found = answered(capsys, "donders", tmp_path / f"{name}.npz", "--axis", "0,1,0")
+        assert found["orientations"] == 49
+        # The mean of the orientations is where a = b = 0 was: the surface is symmetric there.
+        assert found["thickness_deg"] < 0.02
+        assert np.abs(found["coefficients"]).max() == pytest.approx(0.3, abs=0.01)
+        assert found["torsion_deg"] > 1.0
+
+
+@pytest.mark.parametrize("axis", ["0,0,0", "1,2", "a,b,c", "inf,0,0"])
+def test_a_bad_axis_is_one_line(capsys: Capture, axis: str) -> None:
+    line = refused(capsys, "donders", POSTURES, "--axis", axis)
+    assert "--axis" in line
+
+
+def test_what_belongs_to_studies_is_said(tmp_path: Path, capsys: Capture) -> None:
+    postures = POSTURES
+    assert "needs --study" in refused(capsys, "donders", tmp_path)
+    assert "one at a time" in refused(capsys, "donders", postures, postures)
+    assert "--report" in refused(capsys, "donders", postures, "--report", tmp_path / "r.html")
+    study = tmp_path / "study.toml"
+    study.write_text("pattern = '(?P<subject>x).csv'\nstatic = 's.csv'\n")
+    assert "no such folder" in refused(capsys, "donders", tmp_path / "no", "--study", study)
+    assert "no file is named" in refused(capsys, "donders", tmp_path, "--study", study)

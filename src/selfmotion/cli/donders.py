@@ -114,6 +114,15 @@ def donders(
             help="What is known beforehand: stiffness, rest, and their _sd.",
         ),
     ] = None,
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            "--axis",
+            metavar="X,Y,Z",
+            help="Orientations of another segment than the hand: its long axis in its own frame. "
+            "Only the quadratic surface is fitted.",
+        ),
+    ] = None,
     study: StudyFile = None,
     effort: Annotated[
         bool,
@@ -131,7 +140,16 @@ def donders(
 
         choices = PeopleChoices(study, effort, jobs, quiet, out, report, json)
         return analyse_people(postures, choices)
-    return fit_file(one_file(postures, report), (arm, task, prior), json=json, out=out)
+    file = one_file(postures, report)
+    if axis is not None:
+        from selfmotion.cli.donders_surface import fit_segment, typed_axis
+
+        if prior is not None:
+            raise RangeError("--prior: belongs to the law of an arm; --axis fits a surface only")
+        direction = typed_axis(axis)
+        given = read_postures(file, ())
+        return fit_segment(file, (given.values, given.form), direction, json=json, out=out)
+    return fit_file(file, (arm, task, prior), json=json, out=out)
 
 
 def one_file(postures: list[Path], report: Path | None) -> Path:
@@ -202,11 +220,11 @@ def read_postures(path: Path, joints: tuple[str, ...]) -> Postures:
 
     groups = (joints, QUATERNION, TURN_VECTOR, MATRIX)
     rows = read_rows(path, (), groups)
-    there = [group for group in groups if rows.has(group)]
+    there = [group for group in groups if group and rows.has(group)]
     if len(there) != 1:
         raise FileFormatError(
             f"{path}: {len(there)} forms of posture in it; one is needed: columns "
-            f"{', '.join(joints)}; qx to qw; rx, ry, rz; or r11 to r33 "
+            f"{', '.join(joints) + '; ' if joints else ''}qx to qw; rx, ry, rz; or r11 to r33 "
             f"(there are: {', '.join(rows.table.header)})"
         )
     if there[0] == QUATERNION:
