@@ -186,7 +186,9 @@ def test_a_run_goes_on_where_it_was_and_several_processes_find_the_same(
         saved(folder / f"{i}.npz", half_circle(side, i))
     bad = written(folder / "bad.csv", "time,elbow\n0,x\n")
     words = ("curvature", folder)
-    first = answered(capsys, *words, "--out", out, code=1)
+    report = tmp_path / "r.html"
+    first = answered(capsys, *words, "--out", out, "--report", report, code=1)
+    assert "bad.csv: not read" in report.read_text(encoding="utf-8")
     assert [entry["file"] for entry in first["unread"]] == [str(bad)]
     journal = (out / "curvature.journal.jsonl").read_text()
     again = answered(capsys, *words, "--out", out, "--resume", "--jobs", 2, "--quiet", code=1)

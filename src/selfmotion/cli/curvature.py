@@ -132,7 +132,9 @@ def curvature(
 
         paths = [row["path"] for row in rows]
         tables = (table(found), table(document.hysteresis), table(document.tests))
-        written.append(write_curvature_report(report, paths, tables, document.provenance))
+        bad = [f"{one.file}: not read: {one.status}" for one in unread]
+        made = document.provenance
+        written.append(write_curvature_report(report, paths, tables, made, unread=bad))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
     failed = sum(m.failed for m in found) + len(unread)
     return finish(document, text, json=json, failed=failed)

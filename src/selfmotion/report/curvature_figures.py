@@ -18,6 +18,8 @@ Path = Sequence[Sequence[float]]
 COLUMNS = 3
 # Panels of people; the tables hold the others.
 MOST_PANELS = 9
+# So many letters fit below one panel.
+LETTERS = 60
 
 
 @themed
@@ -113,7 +115,7 @@ def _by_direction(rows: pd.DataFrame, tests: pd.DataFrame, value: str, label: st
                 )
         ax.margins(y=0.18)
         ax.set_xlim(-0.6, len(ways) - 0.4)
-        turned = len(ways) > 4 or max(map(len, ways), default=0) > 10
+        turned = sum(map(len, ways)) > LETTERS / min(COLUMNS, len(groups))
         slant: dict[str, Any] = {"rotation": 60, "ha": "right", "rotation_mode": "anchor"}
         ax.set_xticks(range(len(ways)), ways, fontsize=8, **(slant if turned else {}))
         ax.set_title(title)

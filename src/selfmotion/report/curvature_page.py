@@ -24,6 +24,8 @@ def write_curvature_report(
     paths: Sequence[Sequence[Sequence[float]]],
     tables: tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame],
     provenance: Provenance,
+    *,
+    unread: Sequence[str] = (),
 ) -> Path:
     """Write the report on curved paths; give its path.
 
@@ -32,9 +34,10 @@ def write_curvature_report(
         paths: of each movement, (samples, 2 or 3) m; empty where it could not be measured.
         tables: one row a movement, one a loop out and back, one a test.
         provenance: how they were made.
+        unread: files that could not be read, each with the reason.
     """
     movements, loops, tests = tables
-    sections = [_movements(paths, movements)]
+    sections = [_movements(paths, movements, unread)]
     measured = movements.loc[movements["a_net"].notna()]
     if len(measured):
         sections.append(_directions(movements, tests))
@@ -50,8 +53,10 @@ def write_curvature_report(
     return write_report(path, TITLE, sections, summary=summary, footer=footer)
 
 
-def _movements(paths: Sequence[Sequence[Sequence[float]]], movements: pd.DataFrame) -> Section:
-    bad = [row for row in movements.to_dict("records") if row["failed"]]
+def _movements(
+    paths: Sequence[Sequence[Sequence[float]]], movements: pd.DataFrame, unread: Sequence[str]
+) -> Section:
+    bad = [f"{r['name']}: {r['status']}" for r in movements.to_dict("records") if r["failed"]]
     pictures: tuple[Picture, ...] = ()
     if any(map(len, paths)):
         pictures = (
@@ -71,7 +76,7 @@ def _movements(paths: Sequence[Sequence[Sequence[float]]], movements: pd.DataFra
             "than two interquartile ranges from the person's median) are not tested.",
         ),
         pictures=pictures,
-        warning=" ".join(f"{row['name']}: {row['status']}." for row in bad),
+        warning=" ".join(f"{sentence}." for sentence in (*unread, *bad)),
     )
 
 
