@@ -80,6 +80,11 @@ from selfmotion.methods.curvature import path_areas as path_areas
 from selfmotion.methods.joint_limited_ik import solve_ik as solve_ik
 from selfmotion.methods.workspace import workspace as workspace
 from selfmotion.methods.constrained_path import follow as follow
+from selfmotion.methods.reaching.boundary import boundary_limits as boundary_limits
+from selfmotion.methods.reaching.regained import regained_by_joint as regained_by_joint
+from selfmotion.methods.reaching.regions import NamedRegion as NamedRegion
+from selfmotion.methods.reaching.regions import region_reach as region_reach
+from selfmotion.capture.ranges import joint_range as joint_range
 
 # -- the body that an arm must not enter
 from selfmotion.kinematics.body_shapes import BodyShapes as BodyShapes
@@ -96,6 +101,14 @@ from selfmotion.muscles.fitted import scale_to_person as scale_to_person
 from selfmotion.muscles.fitted import mirror_muscles as mirror_muscles
 from selfmotion.arms.person_with_muscles import PersonSize as PersonSize
 from selfmotion.arms.person_with_muscles import myoarm_of_person as myoarm_of_person
+
+# -- laws of posture against people
+from selfmotion.methods.predictors.observation import Observation as Observation
+from selfmotion.methods.predictors.observation import Prediction as Prediction
+from selfmotion.methods.predictors.observation import Predictor as Predictor
+from selfmotion.studies.prediction import PredictionPlan as PredictionPlan
+from selfmotion.studies.prediction import left_out as left_out
+from selfmotion.studies.prediction import predict_people as predict_people
 
 # -- markers
 from selfmotion.motion.files import load_markers as load_markers

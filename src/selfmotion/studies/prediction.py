@@ -167,6 +167,17 @@ def left_out(
 
     Returns:
         Predictor to (angle in rad, whether it was found, sentence) for each observation.
+
+    Example:
+        >>> from selfmotion.methods.predictors.constant import Constant
+        >>> people = {"A": 0.2, "B": 0.4, "C": 0.9}
+        >>> seen = [
+        ...     Observation(name, "right", "reach", "end", "1", natural=angle, start=0.0,
+        ...                 wrist=np.zeros(3), hand=np.eye(3))
+        ...     for name, angle in people.items()
+        ... ]
+        >>> [round(angle, 2) for angle, _, _ in left_out(seen, [Constant()])["constant per task"]]
+        [0.65, 0.55, 0.3]
     """
     found: dict[str, list[tuple[float, bool, str]]] = {}
     for predictor in predictors:
