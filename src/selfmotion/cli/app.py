@@ -32,6 +32,7 @@ COMMANDS = {
     "workspace": "Find where the hand can reach, and what limits take away.",
     "donders": "Fit the elasticity of a person's joints to postures.",
     "plan": "Plan how a person moves to targets, by passive motion.",
+    "person": "Run all four methods on one person's recordings, and what follows.",
     "view": "Open the studio: drag the hand, set joint ranges, play a recording.",
     "predict": "Hold laws of natural posture against recorded people.",
     "reproduce": "Compute a paper's numbers again and print them beside ours.",

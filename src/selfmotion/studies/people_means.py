@@ -43,6 +43,26 @@ def grouped(
     return {key: np.array(values) for key, values in out.items()}
 
 
+def means_by(table: "pd.DataFrame", keys: list[str], columns: list[str]) -> "pd.DataFrame":
+    """Average columns over rows that agree in the keys, in order of appearance, without NaN.
+
+    Example:
+        >>> import pandas as pd
+        >>> one = pd.DataFrame({"task": ["a", "b", "a"], "x": [1.0, 5.0, 3.0]})
+        >>> means_by(one, ["task"], ["x"]).to_dict("list")
+        {'task': ['a', 'b'], 'x': [2.0, 5.0]}
+    """
+    import pandas as pd
+
+    rows: dict[tuple[str, ...], dict[str, float]] = {}
+    for column in columns:
+        for key, values in grouped(table, column, keys).items():
+            known = values[np.isfinite(values)]
+            rows.setdefault(key, {})[column] = float(known.mean()) if known.size else np.nan
+    named = [dict(zip(keys, key, strict=True)) | means for key, means in rows.items()]
+    return pd.DataFrame(named, columns=[*keys, *columns])
+
+
 def rows_of(table: "pd.DataFrame", values: Mapping[str, str]) -> "pd.DataFrame":
     """Give the rows in which the columns named hold these values."""
     keep = np.ones(len(table), dtype=bool)
@@ -62,4 +82,4 @@ def interval(values: np.ndarray) -> tuple[float, float]:
     if n < 2:
         return float(values.mean()) if n else float("nan"), float("nan")
     quantile = float(stdtrit(n - 1, 0.5 + 0.5 * LEVEL))
-    return float(values.mean()), quantile * float(values.std(ddof=1)) / np.sqrt(n)
+    return float(values.mean()), float(quantile * values.std(ddof=1) / np.sqrt(n))
