@@ -120,3 +120,106 @@ def test_a_body_is_cut_out_and_named(capsys: Capture) -> None:
     assert cut["provenance"]["choices"]["body"] == "seated"
     assert "body" not in free["provenance"]["choices"]
     assert "prone" in refused(capsys, "workspace", *QUICK, "--body", "prone")
+
+
+def test_maps_are_computed_and_written(tmp_path: Path, capsys: Capture) -> None:
+    out = tmp_path / "out"
+    words = ("workspace", *QUICK, "--slice", "0", "--map", "margin, manipulability")
+    words = (*words, "--map-step", "0.4", "--out", out, "--report", tmp_path / "r.html")
+    found = answered(capsys, *words)["maps"]
+    assert found["limits"] == "free" and found["failed"] == 0
+    assert [m["name"] for m in found["maps"]] == ["margin", "manipulability"]
+    assert 0 < found["reached"] < found["points"] == np.prod(found["shape"])
+    assert 0 < found["maps"][0]["median"] < found["maps"][0]["best"] <= 1
+    for name in ("maps.vtk", "maps.ply", "maps.csv"):
+        assert (out / name).stat().st_size > 100
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Maps over the space" in page and "Plotly.newPlot" in page
+    again = answered(capsys, *words, "--resume")["maps"]
+    assert again == found
+
+
+def test_the_hand_is_held_on_a_plane(tmp_path: Path, capsys: Capture) -> None:
+    held = answered(
+        capsys, "workspace", *SPLINT, "--compare", *QUICK, "--slice", "0", "--hold",
+        "x=0.15,rot_y=0", "--out", tmp_path,
+    )["held"]  # fmt: skip
+    free, limited = held
+    assert (free["limits"], limited["limits"], free["unit"]) == ("free", "limited", "m²")
+    assert 0 < limited["size"] <= limited["by_position"] < free["by_position"]
+    assert free["held"] == {"x": 0.15, "rot_y": 0.0}
+    assert (tmp_path / "held_limited.csv").exists()
+
+
+def test_a_circle_is_followed(tmp_path: Path, capsys: Capture) -> None:
+    circle = ("--circle", "yz:0.15,0.36,-0.16:0.27", "--hold", "rot_y=0")
+    found = answered(
+        capsys, "workspace", *SPLINT, *QUICK, "--slice", "0", *circle, "--out", tmp_path
+    )
+    (part,) = found["circles"]
+    assert found["held"] == []
+    assert part["limits"] == "limited" and 0 < part["share"] < 1
+    arcs = sum(arc["last"] - arc["first"] for arc in part["arcs"])
+    assert part["share"] == pytest.approx(arcs / (2 * np.pi))
+    header = (tmp_path / "circle_limited.csv").read_text().splitlines()[0]
+    assert header.startswith("arc,angle,x,y,z,scapula_protraction")
+
+
+def test_positions_are_mapped_to_another_person(tmp_path: Path, capsys: Capture) -> None:
+    other = written(tmp_path / "b.toml", 'name = "B"\n[impairments]\nelbow_flexion = [64.2, 114]\n')
+    points = written(tmp_path / "p.csv", "x,y,z_mm\n0.2,0.4,-100\n0.1,0.5,0\n")
+    found = answered(
+        capsys, "workspace", *QUICK, "--slice", "0", "--map-to", other, "--map-points", points,
+        "--out", tmp_path / "out",
+    )["mapping"]  # fmt: skip
+    assert found["to"] == "B" and len(found["points"]) == 2
+    assert found["points"][0]["point"] == pytest.approx([0.2, 0.4, -0.1])
+    assert found["volumes_m3"][1] < found["volumes_m3"][0]
+    for row in found["points"]:
+        away = [np.subtract(row[k], c) for k, c in zip(("point", "image"), found["centres"])]  # noqa: B905
+        np.testing.assert_allclose(np.cross(*away), 0.0, atol=1e-9)  # the direction is kept
+    assert (tmp_path / "out" / "mapped.csv").exists()
+
+
+def test_recordings_are_compared_one_by_one(tmp_path: Path, capsys: Capture) -> None:
+    (tmp_path / "in").mkdir()
+    for name, height in (("low", -0.3), ("high", 0.3)):
+        written(
+            tmp_path / "in" / f"{name}.csv",
+            f"time,x,y,z\n0,0.2,0.4,{height}\n1,0.2,0.3,{height}\n",
+        )
+    found = answered(
+        capsys, "workspace", *SPLINT, "--compare", *QUICK, "--slice", "0", "--recording",
+        tmp_path / "in", "--report", tmp_path / "r.html", "--out", tmp_path / "out",
+    )["recording"]  # fmt: skip
+    rows = {(row["recording"], row["workspace"]): row for row in found["clouds"]}
+    assert len(rows) == 4 and found["points"] == 4
+    free = {name: row for (name, limits), row in rows.items() if limits == "free"}
+    assert sorted(row["above_percent"] for row in free.values()) == [0.0, 100.0]
+    assert all(row["inside_percent"] == 100.0 for row in free.values())
+    assert "Recorded positions" in (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert (tmp_path / "out" / "recordings.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--map", "comfort"), "unknown map 'comfort'"),
+        (("--map", "effort"), "upper_limb has no muscles; allowed is --arm myoarm"),
+        (("--map", "margin", "--map-step", "0"), "spacing = 0: allowed is"),
+        (("--map-step", "0.1"), "--map-step 0.1: name the maps with --map"),
+        (("--resume", "--out", "x"), "--resume: only maps take so long"),
+        (("--hold", "x=2"), "no posture of upper_limb has x = 2000 mm; allowed is about"),
+        (("--hold", "y=0.5,z=0.5"), "y = 500 mm and z = 500 mm together"),
+        (("--hold", "roll=2"), "unknown --hold row 'roll'"),
+        (("--hold", "x"), "--hold 'x': write row=value"),
+        (("--hold", "x=1,x=2"), "x stands twice"),
+        (("--circle", "yz:1,2:3"), "write plane:x,y,z:radius"),
+        (("--circle", "ab:0,0.3,0:0.2"), "plane = 'ab': allowed is yz, xz, xy"),
+        (("--circle", "yz:0.15,3,0:0.2"), "all of it is out of reach"),
+        (("--map-to", "b.toml"), "--map-to b.toml: name the hand positions"),
+        (("--map-points", "p.csv"), "--map-points p.csv: name the other person"),
+    ],
+)
+def test_bad_extras_are_one_line(capsys: Capture, options: tuple[str, ...], reason: str) -> None:
+    assert reason in refused(capsys, "workspace", *QUICK, "--slice", "0", *options)

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 REPEATS = 100
 # Simulated people of tommasino2017 (the paper's six), and trials of each.
 PEOPLE, TRIALS = 6, 10
-# Heights of the slices of deboon (m), and samples round a circle.
-HEIGHTS, CIRCLE_SAMPLES = (-0.4, -0.2, 0.0, 0.2), 48
+# Samples round a circle of deboon.
+CIRCLE_SAMPLES = 48
 # Poses of li2022 taken of the paper's grid, and how many of them are searched as the paper does.
 POSES, SEARCHED = 12, 1
 
@@ -251,12 +251,12 @@ def _deboon(asked: Asked) -> Made:
     from selfmotion.report.deboon_page import write_deboon_report
     from selfmotion.studies.deboon import StudySize, deboon_study
 
-    size = StudySize(n_samples=CIRCLE_SAMPLES, heights=HEIGHTS)
+    size = StudySize(n_samples=CIRCLE_SAMPLES)
     found = deboon_study(size=size, rng=np.random.default_rng(asked.seed))
     choices = {
         "n_points": size.options.n_points,
         "shifts": size.options.shifts,
-        "heights": list(HEIGHTS),
+        "heights": list(size.heights),
         "circle_samples": CIRCLE_SAMPLES,
     }
     provenance = Provenance("reproduce deboon", seed=asked.seed, choices=choices)

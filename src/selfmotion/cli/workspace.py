@@ -55,7 +55,11 @@ def workspace(
     ] = False,
     recording: Annotated[
         Path | None,
-        typer.Option("--recording", metavar="FILE", help="Hold recorded hand positions against."),
+        typer.Option(
+            "--recording",
+            metavar="FILE|DIR",
+            help="Compare recorded hand positions: how deep inside, how far outside.",
+        ),
     ] = None,
     slices: Annotated[
         list[float] | None,

@@ -109,14 +109,26 @@ def save_clouds(clouds: "Mapping[str, tuple[CloudReach, ...]]", folder: Path) ->
 
 
 def recorded_clouds(arm: "Arm", path: Path) -> "dict[str, np.ndarray]":
-    """Give recorded hand positions (K, 3) in the ground by recording, gaps left out."""
+    """Give recorded hand positions (K, 3) in the ground by recording, gaps left out.
+
+    Args:
+        arm: for recordings that hold joint angles.
+        path: a file, or a folder of them.
+
+    Raises:
+        FileFormatError: a file holds neither hand positions nor angles of this arm, or only gaps.
+    """
     import numpy as np
 
     from selfmotion.kinematics.forward import forward_kinematics
     from selfmotion.motion.files import load
 
     parts: dict[str, np.ndarray] = {}
-    for recording in load(path):
+    files = sorted(file for file in path.iterdir() if file.is_file()) if path.is_dir() else [path]
+    plain = {file: x for file in files if (x := plain_positions(file)) is not None}
+    parts |= {file.stem: x for file, x in plain.items()}
+    others = [file for file in files if file not in plain]
+    for recording in (recording for file in others for recording in load(file)):
         if recording.x is not None and recording.x.shape[1] == 3:
             x = recording.x
         elif recording.q is not None and set(arm.joints) <= set(recording.joints):
@@ -139,3 +151,21 @@ def recorded_clouds(arm: "Arm", path: Path) -> "dict[str, np.ndarray]":
         raise FileFormatError(f"{path}: no hand position without gap")
     step = -(-sum(map(len, parts.values())) // MOST_RECORDED)
     return {name: x[::step] for name, x in parts.items()}
+
+
+def plain_positions(file: Path) -> "np.ndarray | None":
+    """Give the positions (K, 3) of a CSV with the columns x, y, z (m); None: it is no such file.
+
+    Raises:
+        FileFormatError: it is one, and a cell is wrong.
+    """
+    from selfmotion.cli.tables import read_rows
+
+    if file.suffix.lower() != ".csv" or not file.is_file():
+        return None
+    with file.open(encoding="utf-8-sig", errors="replace") as stream:
+        names = {word.strip().removesuffix("_mm") for word in stream.readline().split(",")}
+    if not {"x", "y", "z"} <= names:
+        return None
+    rows = read_rows(file, ("x", "y", "z"))
+    return rows.array(("x", "y", "z"))[rows.good]

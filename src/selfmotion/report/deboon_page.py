@@ -34,6 +34,7 @@ def write_deboon_report(
         ),
         workspace_section(made),
         *(device_section(device) for device in made.devices),
+        missing_section(),
     ]
     footer = Footer((provenance, made.workspace.provenance), ("DeBoon",))
     title = "DeBoon et al., computed again"
@@ -55,6 +56,29 @@ def workspace_section(made: DeBoonStudy) -> Section:
         tables=(
             Table(space.to_frame(), "Volumes in cm³; shares of the free volume.", digits=4),
             Table(space.slices_frame(), "Areas of the slices (m, m²)."),
+        ),
+    )
+
+
+def missing_section() -> Section:
+    """Say what of the paper cannot be compared, and why."""
+    return Section(
+        "What cannot be compared",
+        points=(
+            "Fig. 5 and every measured curve of figs 6 to 13: the recordings are not public. Of "
+            "the four cases that the paper lays over each other (measured and computed, free and "
+            "splinted) the two computed ones are shown here, in one picture each.",
+            "The paper prints no volume and no area; figs 6 to 9 are pictures only. The hulls of "
+            "fig. 6 are our hull volumes; the slices of figs 7 to 9 are drawn here as the sets "
+            "that are reached, since hulls overstate a hollow slice.",
+            "The cut-outs of head, torso and legs have no printed sizes: `selfmotion workspace "
+            "--body standing` cuts them out with shapes of our own.",
+            "Figs 11 and 13: the self-motion on the circles is so wide that a joint's curve "
+            "depends on the cost chosen; the elbow is drawn, as the joint that the distance to "
+            "the device fixes most.",
+            "The upper limits of the three wrist joints are lost in the text at hand, and so is "
+            "where the sternal notch lies in the model's axes; the first are assumed, the second "
+            "is a parameter of the study, taken as zero.",
         ),
     )
 
