@@ -79,6 +79,12 @@ from selfmotion.methods.curvature import path_areas as path_areas
 # -- where a person can reach
 from selfmotion.methods.joint_limited_ik import solve_ik as solve_ik
 from selfmotion.methods.workspace import workspace as workspace
+from selfmotion.methods.workspace_maps import workspace_maps as workspace_maps
+from selfmotion.methods.workspace_mapping import workspace_mapping as workspace_mapping
+from selfmotion.methods.hand_constraints import held_reach as held_reach
+from selfmotion.methods.hand_circle import DeviceCircle as DeviceCircle
+from selfmotion.methods.hand_circle import circle_reach as circle_reach
+from selfmotion.methods.reach_clouds import compare_clouds as compare_clouds
 from selfmotion.methods.constrained_path import follow as follow
 from selfmotion.methods.reaching.boundary import boundary_limits as boundary_limits
 from selfmotion.methods.reaching.regained import regained_by_joint as regained_by_joint
