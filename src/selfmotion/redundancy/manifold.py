@@ -21,6 +21,7 @@ from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.srs import SrsRelative
 from selfmotion.redundancy.feasible import Clearance, FeasibleInterval, clear_parts
+from selfmotion.redundancy.nearest import nearest_posture
 from selfmotion.redundancy.pose_kernels import PathArrays
 from selfmotion.redundancy.refine import check_poses, path_arrays
 from selfmotion.redundancy.tracing import Tracer, without_doubles
@@ -46,7 +47,8 @@ class SelfMotionManifold:
         arm: the arm.
         T_hand: the hand pose in the ground.
         intervals: stretches of feasible postures, by rising swivel angle.
-        status: whether there is any; if not, how far the pose is from what can be reached.
+        status: whether there is any; if not, whether the pose is out of reach or outside the
+            joint limits, and how far the nearest pose inside them is.
     """
 
     arm: Arm
@@ -148,6 +150,11 @@ class ManifoldFinder:
             room = np.minimum(_INSET, 0.25 * (self.arm.upper - self.arm.lower))
             inside = np.clip(starts, self.arm.lower + room, self.arm.upper - room)
             pieces, _ = tracer.pieces(inside)
+        if not pieces:
+            nearest = nearest_posture(self.arm, goal, starts)
+            failure = f"{failure}: {nearest.sentence}"
+            if nearest.reached:  # all starts missed it; a limit may let in one posture only
+                pieces, failure = tracer.pieces(nearest.q[None])
         if clearance is not None:
             failure = "every posture meets an excluded body" if pieces else failure
             pieces = [part for piece in pieces for part in clear_parts(piece, clearance)]

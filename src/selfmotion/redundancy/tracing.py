@@ -45,13 +45,9 @@ class Tracer:
         The sentence says why none is feasible, if none is.
         """
         arm = self.arm
-        q, errors, reached = self._refined(starts)
+        q, reached = self._refined(starts)
         if not reached.any():
-            i = int(np.argmin(errors[:, 0] + errors[:, 1]))
-            return q[:0], (
-                f"out of reach: the nearest hand pose found is {1e3 * errors[i, 0]:.1f} mm and "
-                f"{np.rad2deg(errors[i, 1]):.1f} deg away"
-            )
+            return q[:0], "out of reach"
         q = q[reached]
         q = inside_turn(arm, q)
         excess = np.maximum(arm.lower - q, q - arm.upper)
@@ -59,13 +55,13 @@ class Tracer:
         i = int(np.argmin(worst))
         joint = int(np.argmax(excess[i]))
         sentence = (
-            f"outside the joint limits: nearest found is {arm.joints[joint]} "
-            f"{np.rad2deg(worst[i]):.1f} deg beyond its limit"
+            f"outside the joint limits ({arm.joints[joint]} would be "
+            f"{np.rad2deg(worst[i]):.1f} deg beyond its limit)"
         )
         order = np.argsort(worst)
         return q[order][worst[order] < BEYOND], sentence
 
-    def _refined(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _refined(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         iterations = np.empty(len(q), dtype=np.int64)
         errors = np.empty((len(q), 2))
         pose_kernels.refine_many(
@@ -78,7 +74,7 @@ class Tracer:
             iterations,
             errors,
         )
-        return q, errors, iterations >= 0
+        return q, iterations >= 0
 
     def curve(self, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
         """Trace the curve through a seed both ways; the last says whether it is a loop."""
