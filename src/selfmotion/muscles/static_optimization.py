@@ -38,6 +38,8 @@ LOADS = ("gravity", "passive", "limits")
 
 # Missing torque (N m) above which no activation is said to hold the posture.
 TORQUE_TOLERANCE = 1e-6
+# Beyond these no arm moves (rad/s, rad/s²).
+FASTEST, GREATEST_ACCELERATION = 1e3, 1e6
 # Step (rad) of the central differences that give centrifugal and Coriolis torque.
 _STEP = 1e-5
 
@@ -154,6 +156,7 @@ def muscle_effort(
     Raises:
         ShapeError: the arrays do not fit the arm.
         NotFiniteError: an array holds NaN or infinite values.
+        RangeError: a velocity or acceleration is beyond what any arm does.
         ModelError: limits are asked for as a load, but the model has none.
 
     Example:
@@ -168,8 +171,12 @@ def muscle_effort(
     """
     chosen = EffortOptions.of(model.convention) if options is None else options
     samples = model.arm.chain.as_samples(q)
-    rates = None if velocity is None else _like("velocity", velocity, samples)
-    second = None if acceleration is None else _like("acceleration", acceleration, samples)
+    rates = None if velocity is None else _like("velocity", velocity, samples, FASTEST)
+    second = (
+        None
+        if acceleration is None
+        else _like("acceleration", acceleration, samples, GREATEST_ACCELERATION)
+    )
     problem = muscle_problem(model, samples, chosen, rates, second)
     activations, missing, converged = problem.solve(chosen)
     names = model.arm.joints
@@ -332,8 +339,10 @@ def _status(missing: np.ndarray, names: tuple[str, ...], converged: bool) -> Sta
     return Status(False, f"no activation holds the posture: {parts}")
 
 
-def _like(name: str, value: ArrayLike, samples: np.ndarray) -> np.ndarray:
+def _like(name: str, value: ArrayLike, samples: np.ndarray, bound: float) -> np.ndarray:
     array = np.atleast_2d(as_float_array(name, value))
     require_shape(name, array, samples.shape)
     require_finite(name, array)
+    if np.abs(array).max(initial=0.0) > bound:
+        raise RangeError(f"{name}: {np.abs(array).max():g}; allowed is up to {bound:g} either way")
     return array

@@ -19,6 +19,7 @@ POSITION_TOLERANCE = 1e-10  # m
 ROTATION_TOLERANCE = 1e-10  # rad
 # How far R'R of a pose may be from the identity, and a quaternion's length from 1.
 POSE_TOLERANCE = 1e-6
+FARTHEST = 1e4  # m: no pose of a hand is so far from an arm's ground frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +103,16 @@ def check_poses(T_hand: ArrayLike) -> Float[np.ndarray, "samples 4 4"]:
     Raises:
         ShapeError: the array has another shape.
         NotFiniteError: it holds NaN or infinite values.
-        RangeError: a rotation part is not a rotation.
+        RangeError: a rotation part is not a rotation, or a position is out of this world.
     """
     T = as_float_array("T_hand", T_hand)
     T = T[None] if T.ndim == 2 else T
     require_shape("T_hand", T, (None, 4, 4))
     require_finite("T_hand", T)
+    beyond = np.abs(T[:, :3, 3]) > FARTHEST
+    if beyond.any():
+        value = T[:, :3, 3][beyond][0]
+        raise RangeError(f"T_hand: a position of {value:g} m; allowed is up to {FARTHEST:g} m")
     R = T[:, :3, :3]
     off = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max(axis=(1, 2))
     bad = np.flatnonzero((off > POSE_TOLERANCE) | (np.linalg.det(R) < 0))
