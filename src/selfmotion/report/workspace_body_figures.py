@@ -68,13 +68,15 @@ def bounded_slices_figure(
     """Draw horizontal slices with the body, and in joint colours the limits that bound them."""
     n_columns = min(COLUMNS, len(slices))
     n_rows = -(-len(slices) // n_columns)
-    figure, axes = new_figure(n_rows, n_columns, share_x=True, share_y=True)
+    order = _limits_used(slices)
+    width = max(2.4 * n_columns, 4.2 + 0.9 * n_columns)
+    height = 2.6 * n_rows + 0.5 + 0.18 * -(-(len(order) + 3) // 2)
+    figure, axes = new_figure(n_rows, n_columns, size=(width, height), share_x=True, share_y=True)
     flat = axes.ravel()
-    used: dict[tuple[int, int], int] = {}
     for ax, cut in zip(flat, slices, strict=False):
         _filled(ax, cut, faint=True)
         _body(ax, cut, body, cut_out)
-        _limits(ax, cut, used)
+        _limits(ax, cut)
         _frame(ax, cut)
     for ax in flat[len(slices) :]:
         ax.set_visible(False)
@@ -85,10 +87,6 @@ def bounded_slices_figure(
         if i + n_columns >= len(slices):
             ax.tick_params(labelbottom=True)
             ax.set_xlabel(LABELS[RIGHT])
-    order = sorted(used, key=lambda key: -used[key])
-    legend_rows = -(-(len(order) + 3) // 2)
-    width = max(2.4 * n_columns, 4.2 + 0.9 * n_columns)
-    figure.set_size_inches(width, 2.5 * n_rows + 0.4 + 0.18 * legend_rows)
     _legend(figure, slices[0], [_limit_handle(arm, *key) for key in order])
     return figure
 
@@ -221,7 +219,20 @@ def _body(ax: Axes, cut: PlaneCut, body: BodyShapes, cut_out: bool) -> None:
     ax.contour(1e2 * X, 1e2 * Y, field, levels=[0], colors=[INK], linewidths=0.9, zorder=3)
 
 
-def _limits(ax: Axes, cut: PlaneCut, used: dict[tuple[int, int], int]) -> None:
+def _limits_used(cuts: Sequence[PlaneCut]) -> list[tuple[int, int]]:
+    """Give the limits that bound in any of the cuts, the most frequent first."""
+    used: dict[tuple[int, int], int] = {}
+    for cut in cuts:
+        if cut.boundary is None or not len(cut.boundary.points):
+            continue
+        for joint, side in cut.boundary.limit_names():
+            count = int(cut.boundary.chosen(joint, side).sum())
+            if joint != BODY:
+                used[joint, side] = used.get((joint, side), 0) + count
+    return sorted(used, key=lambda key: -used[key])
+
+
+def _limits(ax: Axes, cut: PlaneCut) -> None:
     """Draw the points of the boundary in the colours of the joints that bound there."""
     if cut.boundary is None or not len(cut.boundary.points):
         return
@@ -231,7 +242,6 @@ def _limits(ax: Axes, cut: PlaneCut, used: dict[tuple[int, int], int]) -> None:
         if joint == BODY:
             continue
         at = cut.boundary.chosen(joint, side)
-        used[joint, side] = used.get((joint, side), 0) + int(at.sum())
         ax.plot(
             local[at, a],
             local[at, b],

@@ -94,7 +94,7 @@ def _of_slice(
     box = PlacedBox.between(low - [0.02, 0.02, 0.0], high + [0.02, 0.02, 0.0], axes)
     edge = boundary_limits(space.screens[0], box=box, n_points=N_BOUNDARY, rng=rng)
     # A point of the layer outside may have its nearest place on the boundary beside the slice.
-    edge = edge.among(np.abs(edge.points @ axes[:, UP] - part.height) <= part.thickness)
+    edge = edge.among(np.abs(edge.points @ axes[:, UP] - part.height) <= 0.5 * part.thickness)
     above = 1e2 * (part.height - float(BodyFrame.of(space.arm).shoulder @ axes[:, UP]))
     side = "above" if above > 0 else "below"
     title = f"{abs(above):.0f} cm {side} the shoulder" if abs(above) >= 0.5 else "shoulder height"
