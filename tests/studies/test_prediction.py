@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from tests.studies.prediction_cases import BIAS, EFFORT_ERROR, planted, record
 
@@ -17,7 +18,9 @@ from selfmotion.methods.predictors.catalogue import BASELINE, EFFORT, START
 from selfmotion.methods.predictors.constant import Constant
 from selfmotion.methods.predictors.observation import Observation
 from selfmotion.motion.labels import Labels
-from selfmotion.studies.li2022_people import li2022_on_people
+from selfmotion.report.html import write_report
+from selfmotion.report.prediction_li2022 import people_sections
+from selfmotion.studies.li2022_people import li2022_on_people, with_people
 from selfmotion.studies.people import MovementOfPerson, RecordedPerson, load_person
 from selfmotion.studies.prediction import PredictionPlan, left_out, plan_items, predict_people
 from selfmotion.studies.prediction_observe import from_record, to_record
@@ -73,12 +76,17 @@ def test_moments_without_a_swivel_angle_are_left_out_and_kept_in_the_table(run):
     )
 
 
-def test_the_papers_figures_hold_the_planted_error(run):
+def test_the_papers_figures_hold_the_planted_error(run, tmp_path):
     found = li2022_on_people(tables_of(run))
     assert str(found.numbers.loc[0, "ours"]).startswith("28.6, ")
     assert found.places["error_deg"].to_numpy() == pytest.approx(np.rad2deg(EFFORT_ERROR))
     assert found.coordinates["mean_deg"].to_numpy() == pytest.approx(np.rad2deg(0.1))
     assert list(found.table_iv["study"][:3]) == ["This work"] * 3
+    # It stands in the place of the number that had no counterpart, and in the report.
+    before = pd.DataFrame({"where": ["Fig 3", "Table IV"], "ours": ["1", ""]})
+    assert list(with_people(before, found)["where"]) == ["Fig 3", "Table IV"]
+    made = write_report(tmp_path / "r.html", "People", people_sections(found))
+    assert "As Fig 8" in made.read_text(encoding="utf-8")
 
 
 def test_whoever_is_predicted_is_left_out_with_both_arms():

@@ -31,7 +31,7 @@ from selfmotion.studies.prediction_observe import (
     observe_person,
 )
 from selfmotion.studies.study_file import StudyFile, find_trials
-from selfmotion.studies.trial_run import plan_people
+from selfmotion.studies.trial_run import PersonTrials, plan_people
 
 # Elbows nearer to the line from shoulder to wrist have no swivel angle to speak of (m).
 LEAST_RADIUS = 0.02
@@ -148,11 +148,9 @@ def plan_items(plan: PredictionPlan) -> list[Item]:
     items = []
     for person in plan_people(wanted):
         job = PersonJob(person, study, variants)
-        files = [t.path for t in person.trials]
-        files += [person.calibration.static] if person.calibration else []
-        marks = [(str(p.name), hash_file(p) if p.is_file() else "") for p in files]
         key = f"{person.subject} {person.side}"
-        items.append(Item(key, job, _hash((__version__, asdict(study), variants, marks))))
+        hashes = _file_hashes(person)
+        items.append(Item(key, job, _hash((__version__, asdict(study), variants, hashes))))
     return items
 
 
@@ -253,7 +251,19 @@ def _provenance(plan: PredictionPlan, items: Sequence[Item]) -> Provenance:
         "least_elbow_radius_m": LEAST_RADIUS,
         "sensitivity": plan.sensitivity,
     }
-    return Provenance("predict", inputs={i.key: i.fingerprint for i in items}, choices=choices)
+    inputs = {item.key: _files_hash(item.payload.plan) for item in items}
+    return Provenance("predict", inputs=inputs, choices=choices)
+
+
+def _files_hash(plan: PersonTrials) -> str:
+    """Hash the contents of a person's files; missing ones count as empty."""
+    return _hash([digest for _, digest in _file_hashes(plan)])
+
+
+def _file_hashes(plan: PersonTrials) -> tuple[tuple[str, str], ...]:
+    files = [t.path for t in plan.trials]
+    files += [plan.calibration.static] if plan.calibration else []
+    return tuple((p.name, hash_file(p) if p.is_file() else "") for p in files)
 
 
 def _hash(parts: object) -> str:

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from selfmotion.capture.person import CaptureOptions, calibrate_person
-from selfmotion.capture.protocol import load_protocol
 from selfmotion.errors import RangeError, SelfmotionError, Status
 from selfmotion.methods.predictors.catalogue import CRITERIA, EFFORT, EFFORT_PASSIVE, START
 from selfmotion.methods.predictors.least_cost import NOTHING_FEASIBLE
@@ -23,15 +21,9 @@ from selfmotion.methods.predictors.observation import (
     angle_between,
 )
 from selfmotion.methods.predictors.scenes import make_scene
-from selfmotion.motion.files import load_markers
 from selfmotion.muscles.static_optimization import EffortOptions, muscle_effort
 from selfmotion.redundancy.manifold import ManifoldFinder
-from selfmotion.studies.people import (
-    DEFAULT_ARM,
-    MovementOfPerson,
-    RecordedPerson,
-    load_person,
-)
+from selfmotion.studies.people import RecordedPerson, load_person
 from selfmotion.studies.prediction_poses import (
     FittedPerson,
     Moment,
@@ -39,7 +31,7 @@ from selfmotion.studies.prediction_poses import (
     moments_of_person,
 )
 from selfmotion.studies.study_file import StudyFile
-from selfmotion.studies.trial_run import PersonTrials, moments_of, person_arm, read_trial
+from selfmotion.studies.trial_run import PersonTrials
 
 # Criteria that the variants are compared by.
 FEW = (EFFORT_PASSIVE, "mid-range", START)
@@ -51,14 +43,15 @@ class Variant:
 
     Attributes:
         name: name it goes by.
-        centres: functional (SCoRE), or landmarks: from the bony landmarks.
+        centres: study (as the study file says, functional if it says nothing), landmarks (from
+            the bony landmarks) or acromion (the marker itself).
         shift: of the shoulder centre: outwards, forward, up (m).
         limits: adult, model or wide; see `prediction_poses.fit_person`.
         criteria: names of the criteria computed; empty: all.
     """
 
     name: str
-    centres: str = "functional"
+    centres: str = "study"
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
     limits: str = "adult"
     criteria: tuple[str, ...] = FEW
@@ -251,42 +244,13 @@ def _attempt(predictor: Predictor, observation: Observation) -> Prediction:
 def _moments(
     job: PersonJob, person: RecordedPerson, variant: Variant
 ) -> tuple[list[Moment], list[tuple[str, str]]]:
-    if variant.centres == "functional":
+    if variant.centres == "study":
         seen, lost = moments_of_person(person)
         return [m.with_shoulder(variant.shift) for m in seen], lost
-    other = _from_landmarks(job)
+    other = load_person(job.plan, replace(job.study, centres="landmarks"))
     seen, lost = moments_of_person(other)
     if variant.centres == "acromion":
         # The protocol's place of the centre, counted from the marker, taken back.
         back = -np.array(other.person.protocol.shoulder)
         seen = [m.with_shoulder(tuple(back.tolist())) for m in seen]
     return seen, lost
-
-
-def _from_landmarks(job: PersonJob) -> RecordedPerson:
-    """Calibrate a person with joint centres from the bony landmarks."""
-    plan, study = job.plan, job.study
-    assert plan.calibration is not None, "load_person has refused it"
-    markers = []
-    for path in plan.calibration.movements:
-        try:
-            markers.append(load_markers(path, frame=study.frame))
-        except SelfmotionError:  # reported with the trials
-            continue
-    person = calibrate_person(
-        person_arm(DEFAULT_ARM, adult=not study.person_ranges),
-        load_markers(plan.calibration.static, frame=study.frame),
-        markers,
-        side=plan.side,
-        protocol=load_protocol(study.protocol),
-        options=CaptureOptions(cutoff=study.smoothing, centres="landmarks"),
-    )
-    movements = []
-    for trial in plan.trials:
-        try:
-            motion = read_trial(person, trial, study)
-            found = moments_of(motion, study)
-        except SelfmotionError:
-            continue
-        movements.append(MovementOfPerson(trial.labels, motion, found.samples, found.missing))
-    return RecordedPerson(plan.subject, plan.side, person, tuple(movements), ())
