@@ -141,6 +141,7 @@ from selfmotion.studies.study_run import run_study as run_study
 from selfmotion.batch import Item as Item
 from selfmotion.batch import Outcome as Outcome
 from selfmotion.batch import Runner as Runner
+from selfmotion.batch import iterate_batch as iterate_batch
 from selfmotion.batch import run_batch as run_batch
 
 # -- what went wrong, where it comes from, whom to cite
