@@ -17,7 +17,7 @@ from selfmotion.kinematics.swivel import swivel_angle
 from selfmotion.methods.predictors.catalogue import BASELINE, EFFORT, START
 from selfmotion.methods.predictors.constant import Constant
 from selfmotion.methods.predictors.observation import Observation
-from selfmotion.motion.labels import Labels
+from selfmotion.motion.labels import Frame, Labels
 from selfmotion.report.html import write_report
 from selfmotion.report.prediction_li2022 import people_sections
 from selfmotion.studies.li2022_people import li2022_on_people, with_people
@@ -214,6 +214,7 @@ def test_a_recorded_person_is_fitted_within_a_centimetre_and_two_degrees():
         pattern=r"(?P<subject>ADL005)(?P<condition>[AD])(?P<side>R)(?P<trial>[12])\.csv",
         static="{subject}_static.csv",
         names={"side": {"R": "right"}},
+        frame=Frame(),
         moments=load_study_moments(),
     )
     person = load_person(plan_people(find_trials(study, [DATA]))[0], study)

@@ -4,6 +4,7 @@ Example::
 
     pattern = '(?P<subject>P\d+)_(?P<condition>reach|drink)_(?P<side>[RL])(?P<trial>\d+)\.csv'
     static = "{subject}_static.csv"        # marker files only; beside the trial
+    frame = {up = "z", forward = "y"}      # where the files do not tell their axes
 
     [names.side]
     R = "right"
@@ -11,7 +12,8 @@ Example::
 
 `pattern` is a regular expression that a file's whole name must match; its named groups become the
 labels subject, side, condition, target and trial. A study of marker files names the static trial
-of each person; without `static` the files hold joint angles or velocities. A table
+of each person; without `static` the files hold joint angles or velocities. A static trial is no
+movement, even where the pattern fits its name. A table
 ``[moments.CONDITION]`` says where in a movement its moments are (see :mod:`.moments`)::
 
     [moments.drink]
@@ -20,7 +22,9 @@ of each person; without `static` the files hold joint angles or velocities. A ta
     mid_drink = {between = [2, 3], at = "slowest"}
 """
 
+import os
 import re
+import string
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -29,7 +33,7 @@ from pathlib import Path
 from selfmotion.capture.person import CaptureOptions
 from selfmotion.capture.protocol import SIDES
 from selfmotion.errors import FileFormatError, RangeError, SelfmotionError, unknown_name
-from selfmotion.motion.labels import LABEL_NAMES, Frame, Labels
+from selfmotion.motion.labels import LABEL_NAMES, UNKNOWN_FRAME, Frame, Labels
 from selfmotion.studies.moments import ConditionMoments, read_moments
 
 
@@ -42,7 +46,7 @@ class StudyFile:
         static: name of the static trial beside a trial, with {subject} and so on; empty: the
             files hold joint angles.
         protocol: marker protocol, by name or TOML file.
-        frame: axes of the laboratory, where the files do not tell.
+        frame: axes of the laboratory, where the files do not tell; they are never assumed.
         names: label to what its values in file names stand for.
         cutoff: low-pass of markers, or of angles before differentiation (Hz); 0: none.
         task: what the movements are for, as in position or pose; empty: the arm's own kind.
@@ -60,7 +64,7 @@ class StudyFile:
     pattern: str
     static: str = ""
     protocol: str = "reaching"
-    frame: Frame = Frame()
+    frame: Frame = UNKNOWN_FRAME
     names: Mapping[str, Mapping[str, str]] = field(default_factory=dict, hash=False)
     cutoff: float = 6.0
     task: str = ""
@@ -81,6 +85,7 @@ class StudyFile:
                 raise unknown_name("label", name, LABEL_NAMES)
         if "subject" not in groups:
             raise RangeError(f"pattern {self.pattern!r}: needs a group (?P<subject>...)")
+        _check_static(self.static, tuple(groups))
         if not 0.0 <= self.rest_share < 1.0:
             raise RangeError(f"rest_share = {self.rest_share:g}: allowed is 0 to below 1")
         CaptureOptions(centres=self.centres)  # refuses what it does not know
@@ -126,7 +131,8 @@ def load_study_file(path: str | Path) -> StudyFile:
         0.05
     """
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        # Editors on Windows put a mark before the first line.
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be opened ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -148,7 +154,16 @@ def load_study_file(path: str | Path) -> StudyFile:
     frame = table.get("frame", {})
     if not {*frame} <= {"up", "forward", "name"}:
         raise FileFormatError(f"{path}: frame takes up, forward and name, not {', '.join(frame)}")
-    values["frame"] = Frame(**frame)
+    if frame:
+        lacking = [word for word in ("up", "forward") if word not in frame]
+        if lacking:
+            raise FileFormatError(
+                f"{path}: frame says nothing of {' and '.join(lacking)}; as in "
+                'frame = {up = "z", forward = "y"}'
+            )
+        values["frame"] = Frame(**frame)
+    else:
+        values.pop("frame", None)
     for label, meanings in table.get("names", {}).items():
         if not isinstance(meanings, dict) or not all(map(_is_text, meanings.values())):
             raise FileFormatError(f"{path}: names.{label}: a table of texts is needed")
@@ -165,32 +180,84 @@ def load_study_file(path: str | Path) -> StudyFile:
 def find_trials(study: StudyFile, folders: Sequence[Path]) -> tuple[Trial, ...]:
     """List the trials in folders and below, ordered by subject, side and name.
 
+    A file that is somebody's static trial is none.
+
     Raises:
         FileFormatError: a folder does not exist, or nothing in it is named as the pattern says.
-        RangeError: a side is neither right nor left.
+        RangeError: a side is neither right nor left, or two trials have the same place.
     """
-    pattern = re.compile(study.pattern)
     found: list[Trial] = []
     for folder in folders:
         if not folder.is_dir():
             raise FileFormatError(f"{folder}: no such folder; a study is a folder of recordings")
-        for path in sorted(p for p in folder.rglob("*") if p.is_file()):
-            match = pattern.fullmatch(path.name)
-            if match is None:
-                continue
-            given = {k: v for k, v in match.groupdict().items() if v is not None}
-            named = {k: study.names.get(k, {}).get(v, v) for k, v in given.items()}
-            if named.get("side", "right") not in SIDES:
-                raise RangeError(
-                    f"{path}: side {named['side']!r}; allowed are right, left (the study file's "
-                    "[names.side] says what letters stand for)"
-                )
-            static = path.with_name(study.static.format_map(given)) if study.static else None
-            found.append(Trial(path, path.relative_to(folder).as_posix(), Labels(**named), static))
+        files = sorted(p for p in folder.rglob("*") if p.is_file())
+        found += [trial for path in files if (trial := _trial(study, folder, path)) is not None]
+    where = ", ".join(map(str, folders))
     if not found:
-        where = ", ".join(map(str, folders))
         raise FileFormatError(f"{where}: no file is named as the pattern {study.pattern!r} says")
-    return tuple(sorted(found, key=lambda t: (str(t.labels.subject), str(t.labels.side), t.key)))
+    still = {os.path.abspath(trial.static) for trial in found if trial.static is not None}
+    moving = [trial for trial in found if os.path.abspath(trial.path) not in still]
+    if not moving:
+        raise FileFormatError(
+            f"{where}: every file that the pattern {study.pattern!r} fits is a static trial "
+            f"(static = {study.static!r})"
+        )
+    _refuse_same_place(moving)
+    order = [(str(t.labels.subject), str(t.labels.side), t.key) for t in moving]
+    return tuple(trial for _, trial in sorted(zip(order, moving, strict=True), key=lambda p: p[0]))
+
+
+def _trial(study: StudyFile, folder: Path, path: Path) -> Trial | None:
+    """Read a file's labels from its name; None where the pattern does not fit."""
+    match = re.fullmatch(study.pattern, path.name)
+    if match is None:
+        return None
+    given = {k: v for k, v in match.groupdict().items() if v is not None}
+    named = {k: study.names.get(k, {}).get(v, v) for k, v in given.items()}
+    if named.get("side", "right") not in SIDES:
+        raise RangeError(
+            f"{path}: side {named['side']!r}; allowed are right, left (the study file's "
+            "[names.side] says what letters stand for)"
+        )
+    static = None
+    if study.static:
+        # A group that took no part in the match stands for nothing.
+        parts = {name: given.get(name, "") for name in match.groupdict()}
+        static = path.parent / study.static.format_map(parts)
+    return Trial(path, path.relative_to(folder).as_posix(), Labels(**named), static)
+
+
+def _refuse_same_place(trials: Sequence[Trial]) -> None:
+    """Refuse trials of several folders that have one name: their results would be one file."""
+    seen: dict[str, Path] = {}
+    for trial in trials:
+        if trial.key in seen:
+            raise RangeError(
+                f"{trial.path} and {seen[trial.key]} are both {trial.key} in their folders; give "
+                "the folder above, or one folder once"
+            )
+        seen[trial.key] = trial.path
+
+
+def _check_static(static: str, groups: tuple[str, ...]) -> None:
+    """Check that the name of the static trial takes nothing but the pattern's groups.
+
+    Raises:
+        RangeError: it cannot be filled in.
+    """
+    example = 'as in "{subject}_static.csv"'
+    try:
+        parts = list(string.Formatter().parse(static))
+    except ValueError as error:
+        raise RangeError(f"static = {static!r}: {error}; {example}") from None
+    for _, name, form, conversion in parts:
+        if name is not None and (name not in groups or form or conversion):
+            raise RangeError(
+                f"static = {static!r}: {{{name}}} is no group of the pattern (there are: "
+                f"{', '.join(groups)}); {example}"
+            )
+    if not static.isprintable() or Path(static).is_absolute():
+        raise RangeError(f"static = {static!r}: a file beside the trial, {example}")
 
 
 def _is_text(value: object) -> bool:
