@@ -242,11 +242,14 @@ from selfmotion.arms import load_arm
 from selfmotion.batch import Item, Runner, iterate_batch
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.methods.joint_limited_ik import solve_ik
+from selfmotion.methods.reaching.ik_seeds import seed_table
+from selfmotion.methods.reaching.ik_tasks import as_hand_rows
 from selfmotion.redundancy.task import Position
 arm = load_arm("upper_limb")
 task, rng = Position(arm), np.random.default_rng(0)
+seeds = seed_table(as_hand_rows(task))
 def solve(target):
-    return {{"q": solve_ik(task, np.array(target)[None]).q[0].tolist()}}
+    return {{"q": solve_ik(task, np.array(target)[None], seeds=seeds).q[0].tolist()}}
 def goals():
     for k in range(20):
         T = forward_kinematics(arm.chain, arm.random_postures(100, rng), arm.tip("hand"))

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from selfmotion.motion.files.describe import FileContent
 
 OK = "ok"
+# What lies beside recordings and says something about them: no recording itself.
+BESIDE = ("_motion.json", "_channels.json", "_channels.tsv", ".md")
 
 
 class GapEntry(Part, frozen=True):
@@ -111,6 +113,9 @@ def validate(
 def expand(paths: list[Path]) -> list[Path]:
     """Give the files meant; a folder stands for the files in it, sorted by name.
 
+    Of several files those that only say something about others are left aside: the companions of
+    Motion-BIDS, which are read with their recording, and README.md.
+
     Raises:
         FileFormatError: nothing stands at a path, or a folder is empty.
     """
@@ -125,7 +130,7 @@ def expand(paths: list[Path]) -> list[Path]:
             found.append(path)
         else:
             raise FileFormatError(f"{path}: no such file")
-    return found
+    return [path for path in found if not path.name.lower().endswith(BESIDE)] or found
 
 
 def entry(path: Path, stated: Stated = NOTHING) -> FileEntry:
