@@ -51,6 +51,9 @@ TARGETS_PER_THREAD = 256
 # many postures for each restart, most of which have joints at their limits: poses at the end of
 # several ranges have small basins, which evenly spread postures rarely meet.
 NEAR_MISS, AGAIN, MOST_AGAIN, STRETCH = 0.1, 4, 200, 2.0
+# What is missed is tried again from postures at the ends of ranges, so many times for each restart
+# and no more often than the table has postures for.
+AT_ENDS, MOST_AT_ENDS = 2, 20
 
 
 @dataclass(frozen=True)
@@ -201,7 +204,7 @@ def solve_ik(
         mobility_of(rows_task, weights),
     )
     out = _run(model_of(rows_task), rows, goals, (first, start is None), opts, seeds)
-    if opts.scheme == "box" and opts.restarts and not out.solved.all():
+    if opts.scheme == "box" and opts.restarts and seeds is not None and not out.solved.all():
         _persist(rows_task, rows, goals, opts, seeds, out)
     q, errors, counts, solved = out
     missed = int((~solved).sum())
@@ -274,16 +277,23 @@ def _persist(
     rows: Rows,
     goals: Goals,
     options: IkOptions,
-    seeds: SeedTable | None,
+    seeds: SeedTable,
     out: Outputs,
 ) -> None:
-    """Try again what was missed: with joints that all move alike, then from the limits."""
+    """Try again what was missed: with joints that all move alike, from the ends of ranges."""
     model, alike = model_of(task), rows._replace(mobility=np.ones_like(rows.mobility))
+
+    def again(missed: np.ndarray, start: np.ndarray, how: IkOptions, table: SeedTable) -> None:
+        part, from_table = Goals(*(g[missed] for g in goals)), not start.size
+        first = model.lower[None] if from_table else start
+        found = _run(model, alike, part, (first, from_table), how, table)
+        _keep_better(out, missed, found, task.rotation_scale)
+
     if not np.array_equal(alike.mobility, rows.mobility):
         missed = np.flatnonzero(~out.solved)
-        part = Goals(*(g[missed] for g in goals))
-        found = _run(model, alike, part, (out.q[missed], False), options, seeds)
-        _keep_better(out, missed, found, task.rotation_scale)
+        again(missed, out.q[missed], options, seeds)
+    often = replace(options, restarts=min(AT_ENDS * options.restarts, MOST_AT_ENDS) - 1)
+    again(np.flatnonzero(~out.solved), np.empty(0), often, seeds.at_ends)
     if not task.angles:
         return
     single, (low, high) = replace(options, restarts=0), finite_limits(task.arm)
@@ -293,10 +303,7 @@ def _persist(
         missed = np.flatnonzero(~out.solved & (cost < NEAR_MISS))
         if not missed.size:
             return
-        start = np.clip(middle + STRETCH * (q - middle), low, high)[None]
-        part = Goals(*(g[missed] for g in goals))
-        found = _run(model, alike, part, (start, False), single, None)
-        _keep_better(out, missed, found, task.rotation_scale)
+        again(missed, np.clip(middle + STRETCH * (q - middle), low, high)[None], single, seeds)
 
 
 def _keep_better(out: Outputs, places: np.ndarray, new: Outputs, scale: float) -> None:
@@ -328,12 +335,13 @@ def _published(model: Model, options: IkOptions, first: np.ndarray) -> tuple[Pub
 
 
 def _check_seeds(seeds: SeedTable, task: HandRows) -> None:
-    same = np.array_equal(seeds.lower, task.arm.lower) and np.array_equal(
-        seeds.upper, task.arm.upper
+    made_for = seeds.task
+    same = np.array_equal(made_for.arm.lower, task.arm.lower) and np.array_equal(
+        made_for.arm.upper, task.arm.upper
     )
-    if not same or seeds.rows != task.rows:
+    if not same or made_for.rows != task.rows:
         raise RangeError(
-            f"the seed table is for rows {','.join(seeds.rows)} and other limits: make one with "
+            f"the seed table is for rows {','.join(made_for.rows)} and other limits: make one with "
             "seed_table for this task"
         )
 

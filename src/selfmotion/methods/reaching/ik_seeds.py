@@ -1,6 +1,7 @@
 """Where inverse kinematics starts again: postures spread over the limits, found by place."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +18,8 @@ from selfmotion.methods.reaching.ik_tasks import HandRows
 UNLIMITED_TURN = np.pi
 # Cells along each held axis, and seeds listed for each cell.
 CELLS, LISTED = 12, 48
+# Postures at the ends of ranges: spread over a box so many times as wide, then moved to its sides.
+TO_THE_ENDS = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,15 +30,19 @@ class SeedTable:
 
     Attributes:
         arrays: what the kernels look up.
-        rows: the rows for which the table was made.
-        lower: (n,) the limits for which it was made (rad or m).
-        upper: (n,) see `lower`.
+        task: the arm, with its limits, and the rows for which the table was made.
     """
 
     arrays: Seeds
-    rows: tuple[str, ...]
-    lower: Float[np.ndarray, " coords"]
-    upper: Float[np.ndarray, " coords"]
+    task: HandRows
+
+    @cached_property
+    def at_ends(self) -> "SeedTable":
+        """A table of postures that have most joints at an end of their range.
+
+        Such is the posture nearest to a target out of reach, as a rule.
+        """
+        return seed_table(self.task, n_seeds=len(self.q), stretch=TO_THE_ENDS)
 
     @property
     def q(self) -> Float[np.ndarray, "samples coords"]:
@@ -48,8 +55,14 @@ class SeedTable:
         return self.arrays.position
 
 
-def seed_table(task: HandRows, *, n_seeds: int = 4096) -> SeedTable:
+def seed_table(task: HandRows, *, n_seeds: int = 4096, stretch: float = 1.0) -> SeedTable:
     """Spread postures over the limits and list, for each cell of space, those nearest to it.
+
+    Args:
+        task: the arm and the rows held.
+        n_seeds: how many postures.
+        stretch: above 1, postures are spread over a box so many times as wide as the limits and
+            then moved inside, so that many joints lie at the ends of their ranges.
 
     Raises:
         RangeError: fewer than 16 seeds, or a sliding joint has no limit.
@@ -59,7 +72,9 @@ def seed_table(task: HandRows, *, n_seeds: int = 4096) -> SeedTable:
     if n_seeds < 16:
         raise RangeError(f"n_seeds = {n_seeds}: allowed is 16 and above")
     arm = task.arm
-    q = evenly(n_seeds, *finite_limits(arm))
+    low, high = finite_limits(arm)
+    middle = 0.5 * (low + high)
+    q = np.clip(middle + stretch * (evenly(n_seeds, low, high) - middle), low, high)
     T = forward_kinematics(arm.chain, q, arm.tip(task.landmark))
     position = np.ascontiguousarray(T[:, :3, 3])
     held = list(task.axes)
@@ -84,7 +99,7 @@ def seed_table(task: HandRows, *, n_seeds: int = 4096) -> SeedTable:
         freeze(counts / width),
         freeze(counts),
     )
-    return SeedTable(arrays, task.rows, arm.lower, arm.upper)
+    return SeedTable(arrays, task)
 
 
 def evenly(n_points: int, low: np.ndarray, high: np.ndarray) -> Float[np.ndarray, "points dims"]:

@@ -22,13 +22,15 @@ from selfmotion.methods.reaching.ik_tasks import ROWS, HandRows
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-# A ball is smaller than the distance found by this (m) and by this part: inverse kinematics stops
-# a little short of the nearest posture.
+# A ball is smaller than the distance found by this (m) and by this part: inverse kinematics may
+# stop a little short of the nearest posture. Nor does a ball come nearer than this to any position
+# that is known to be reached.
 MARGIN, MARGIN_PART = 2e-3, 0.02
 # Balls looked at for a point: the nearest ones.
 BALLS = 8
-# A point counts as reached when the hand comes as near as this (m); so many starts are tried.
-REACHED, STARTS = 1e-5, 12
+# A point counts as reached when the hand comes as near as this (m); so many starts are tried, and
+# twice as many from postures at the ends of ranges.
+REACHED, STARTS = 1e-5, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,12 @@ class ReachScreen:
         from scipy.spatial import KDTree
 
         return KDTree(self.centres)
+
+    @cached_property
+    def _known(self) -> "KDTree":
+        from scipy.spatial import KDTree
+
+        return KDTree(np.concatenate([self.seeds.positions, self.seeds.at_ends.positions]))
 
     def refuses(self, points: ArrayLike) -> Bool[np.ndarray, " points"]:
         """Tell which points (K, 3) are certainly out of reach: outside the box or in a ball."""
@@ -121,13 +129,17 @@ class ReachScreen:
 
     def learn(self, reach: Reach) -> "ReachScreen":
         """Give a screen that also knows the balls around points just found out of reach."""
-        radius = (1.0 - MARGIN_PART) * reach.distance - MARGIN
-        new = ~reach.reachable & (radius > 0)
-        return replace(
+        out = ~reach.reachable & np.isfinite(reach.distance)
+        points, radius = reach.points[out], (1.0 - MARGIN_PART) * reach.distance[out]
+        radius = np.minimum(radius, self._known.query(points)[0]) - MARGIN
+        new = radius > 0
+        learned = replace(
             self,
-            centres=freeze(np.concatenate([self.centres, reach.points[new]])),
+            centres=freeze(np.concatenate([self.centres, points[new]])),
             radii=freeze(np.concatenate([self.radii, radius[new]])),
         )
+        learned.__dict__["_known"] = self._known  # the same arm: found once
+        return learned
 
 
 def reach_screen(
