@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from selfmotion.arms import load_arm
+from selfmotion.cli.app import main
 from selfmotion.kinematics.forward import forward_kinematics
 from tests.cli.running import Capture, answered, refused, written
 
@@ -42,6 +43,21 @@ def test_without_compare_only_what_was_asked_for_is_known(capsys: Capture) -> No
     limited = answered(capsys, "workspace", *SPLINT, *QUICK, "--slice", "0")
     assert limited["volume_m3"]["free"] is None
     assert limited["volume_m3"]["limited"] < free["volume_m3"]["free"]
+
+
+def test_places_are_told_without_compare_too(capsys: Capture) -> None:
+    words = ("workspace", *SPLINT, *QUICK, "--slice", "0", "--details")
+    places = answered(capsys, *words)["details"]["regions"]
+    assert main([*map(str, words)]) == 0
+    told = capsys.readouterr().out
+    assert "nothing to reach" not in told
+    for place in places:
+        reached = place["volume_m3"]["limited"]
+        line = next(t for t in told.splitlines() if t.startswith(f"{place['title']}: "))
+        assert f": {1e3 * reached:.1f} litres" in line
+        assert (place["space_m3"] is None) == line.endswith("litres")
+    open_places = {p["name"] for p in places if p["space_m3"] is None}
+    assert 0 < len(open_places) < len(places)
 
 
 def test_a_person_has_lengths_ranges_and_impairments(tmp_path: Path, capsys: Capture) -> None:
@@ -217,6 +233,9 @@ def test_recordings_are_compared_one_by_one(tmp_path: Path, capsys: Capture) -> 
         (("--circle", "yz:1,2:3"), "write plane:x,y,z:radius"),
         (("--circle", "ab:0,0.3,0:0.2"), "plane = 'ab': allowed is yz, xz, xy"),
         (("--circle", "yz:0.15,3,0:0.2"), "all of it is out of reach"),
+        (("--circle", "yz:0.15,0.3,0:0.2", "--hold", "x=0.1"), "--hold x with --circle"),
+        (("--recording", "none.csv"), "none.csv: no such file"),
+        (("--map-to", "none.toml", "--map-points", "p.csv"), "none.toml: no such file"),
         (("--map-to", "b.toml"), "--map-to b.toml: name the hand positions"),
         (("--map-points", "p.csv"), "--map-points p.csv: name the other person"),
     ],

@@ -43,7 +43,7 @@ def _named_volume(reach: "RegionReach", names: dict[str, str]) -> NamedVolume:
     return NamedVolume(
         name=reach.region.name,
         title=reach.region.title,
-        space_m3=reach.space,
+        space_m3=reach.space if reach.region.bounded else None,
         volume_m3=Regions(**{names[k]: r.volume for k, r in reach.sets.items()}),
         stderr_m3=Regions(**{names[k]: r.standard_error for k, r in reach.sets.items()}),
     )

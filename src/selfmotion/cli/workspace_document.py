@@ -42,11 +42,11 @@ class MeasuredRange(Part, frozen=True, kw_only=True):
 
 
 class NamedVolume(Part, frozen=True, kw_only=True):
-    """What is reached of a named region; `space_m3` is the region without the body."""
+    """What is reached of a named region; `space_m3` is the region without the body, null if open."""
 
     name: str
     title: str
-    space_m3: float
+    space_m3: Number
     volume_m3: Regions
     stderr_m3: Regions
 
@@ -161,7 +161,9 @@ def document_of(
         slices=slices,
         recording=None,
         details=details,
-        status=space.summary() if name == "free" else "the limited arm alone",
+        status=space.summary()
+        if name == "free"
+        else "The arm with its limits alone; --compare adds the free arm, and what is lost.",
     )
 
 
@@ -200,15 +202,23 @@ def as_text(document: WorkspaceDocument) -> str:
     return "\n".join([*lines, document.status])
 
 
+def region_text(region: NamedVolume) -> str:
+    """Say how much of a named region is reached: of the free arm's part, or of the region."""
+    free, limited = region.volume_m3.free, region.volume_m3.limited
+    if free is not None and limited is not None:
+        if not free:
+            return "nothing, nor does the free arm reach it"
+        return f"{100.0 * limited / free:.0f} % of what the free arm reaches"
+    reached = (limited if free is None else free) or 0.0
+    whole = f", {100.0 * reached / region.space_m3:.0f} % of it" if region.space_m3 else ""
+    return f"{1e3 * reached:.1f} litres{whole}"
+
+
 def details_text(details: Details) -> list[str]:
     """Write regions, boundary and what each joint would give back, one line each."""
     lines = []
     for r in details.regions:
-        kept = r.volume_m3.free if r.volume_m3.limited is None else r.volume_m3.limited
-        of = r.volume_m3.free if r.volume_m3.limited is not None else r.space_m3
-        what = "of what the free arm reaches" if r.volume_m3.limited is not None else "of it"
-        share = f"{100.0 * (kept or 0.0) / of:.0f} % {what}" if of else "nothing to reach"
-        lines.append(f"{r.title}: {share}")
+        lines.append(f"{r.title}: {region_text(r)}")
     for name, rows in details.boundary.items():
         for row in rows[:MOST_TOLD]:
             limit = "" if not row.limit else f", {row.limit} limit {row.at_deg:.1f}°"

@@ -24,7 +24,7 @@ from selfmotion.cli.workspace_mapping import (
 )
 from selfmotion.cli.workspace_maps import MapChoices, maps_of, maps_part, save_maps
 from selfmotion.cli.workspace_recording import clouds_of, recorded_part, save_clouds
-from selfmotion.errors import RangeError
+from selfmotion.errors import FileFormatError, RangeError
 
 if TYPE_CHECKING:
     from selfmotion.kinematics.arm import Arm
@@ -66,6 +66,10 @@ class ExtraChoices:
             raise RangeError(f"--map-step {self.maps[1]:g}: name the maps with --map")
         if self.maps[0] is None and self.batch.resume:
             raise RangeError("--resume: only maps take so long; name them with --map")
+        # Before the workspace is computed, which takes a while.
+        for path in (self.recording, *(self.map_to if None not in self.map_to else ())):
+            if path is not None and not path.exists():
+                raise FileFormatError(f"{path}: no such file")
 
 
 @dataclass(frozen=True, eq=False)

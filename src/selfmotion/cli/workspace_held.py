@@ -92,11 +92,13 @@ class HeldChoices:
         """Read the two texts.
 
         Raises:
-            SelfmotionError: a text is not of its form.
+            SelfmotionError: a text is not of its form, or the two contradict each other.
         """
-        return cls(
-            {} if hold is None else held_of(hold), None if circle is None else circle_of(circle)
-        )
+        held = {} if hold is None else held_of(hold)
+        for row in held:
+            if circle is not None and not row.startswith("rot"):
+                raise RangeError(f"--hold {row} with --circle: the circle holds x, y and z")
+        return cls(held, None if circle is None else circle_of(circle))
 
 
 def held_of(text: str) -> dict[str, float]:

@@ -121,7 +121,7 @@ class CircleReach:
         jumps = sum(not arc.path.status.ok for arc in self.arcs)
         text = (
             f"{100 * self.share:.0f} % of the circle of radius {1e3 * self.circle.radius:.0f} mm "
-            f"in {len(self.arcs)} arc(s)"
+            f"in {len(self.arcs)} {'arc' if len(self.arcs) == 1 else 'arcs'}"
         )
         if jumps:
             return f"{text}; {jumps} cannot be followed without a jump of a joint."
