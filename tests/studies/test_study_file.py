@@ -69,6 +69,13 @@ def test_one_name_in_two_folders_is_refused(tmp_path):
     assert len(find_trials(StudyFile(PATTERN), [tmp_path])) == 2
 
 
+def test_a_link_to_nothing_is_a_trial_that_fails(tmp_path):
+    (tmp_path / "P1_reach_1.csv").symlink_to(tmp_path / "nowhere")
+    (tmp_path / "P2_reach_1.csv").mkdir()
+    (trial,) = find_trials(StudyFile(PATTERN), [tmp_path])
+    assert trial.key == "P1_reach_1.csv"
+
+
 def test_axes_are_never_assumed(tmp_path):
     where = tmp_path / "study.toml"
     where.write_text(f"pattern = '{PATTERN}'")

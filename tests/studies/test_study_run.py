@@ -1,6 +1,7 @@
 """A whole study of generated marker files: from a folder to tables, statistics and resume."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -149,3 +150,24 @@ def test_sides_and_conditions_are_compared_within_people():
         "right: reach against drink",
         "left: reach against drink",
     ]
+
+
+def test_one_bad_movement_does_not_cost_a_person_the_others(tmp_path):
+    capture = simulate_markers(rng=np.random.default_rng(5))
+    first, second, third = capture.movements[:3]
+    write_vicon(tmp_path / "P1_static.csv", capture.static)
+    scaled = replace(first, positions=1e3 * first.positions)
+    flipped = {"RUAR1": "RUAR3", "RUAR3": "RUAR1"}  # a plate that is turned over fits its shape
+    names = tuple(flipped.get(name, name) for name in third.names)
+    write_vicon(tmp_path / "P1_huge_R1.csv", scaled)
+    write_vicon(tmp_path / "P1_lost_R1.csv", first.select([n for n in first.names if n != "RUAR1"]))
+    write_vicon(tmp_path / "P1_flip_R1.csv", replace(third, names=names))
+    for markers in (second, *capture.movements[3:]):
+        write_vicon(tmp_path / f"P1_{markers.labels.condition}_R1.csv", markers)
+    (tmp_path / "study.toml").write_text(STUDY)
+    run = run_study(plan(tmp_path, tmp_path / "out"))
+    states = run.trials.set_index("file")["status"].to_dict()
+    assert "off their shape" in states.pop("P1_huge_R1.csv")
+    assert "RUAR1" in states.pop("P1_lost_R1.csv")
+    assert "misses the landmarks" in states.pop("P1_flip_R1.csv")
+    assert set(states.values()) == {"done"} and len(states) == 3

@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from selfmotion.capture.attach import frame_of
 from selfmotion.capture.landmarks import Fused, fit_cluster
+from selfmotion.capture.marker_checks import refuse_other_shape
 from selfmotion.capture.marker_ik import MarkerIk, MarkerIkOptions, solve_marker_ik
 from selfmotion.capture.person import Person, ground_from_trunk, prepare
 from selfmotion.capture.views import see_landmark
@@ -65,6 +66,7 @@ def angles_from_markers(
     Raises:
         UnknownNameError: a marker of a cluster does not exist.
         NotFiniteError: no landmark could be seen in any frame.
+        RangeError: the markers do not have the shape of the person's clusters.
 
     Example:
         >>> from selfmotion.arms import upper_limb_anatomical
@@ -78,6 +80,7 @@ def angles_from_markers(
     """
     moving = prepare(markers, person.protocol, person.options)
     poses = {k: fit_cluster(c, moving) for k, c in person.clusters.items()}
+    refuse_other_shape(moving.name, person.clusters, poses)
     landmarks = {k: see_landmark(v, poses) for k, v in person.views.items()}
     trunk = poses["trunk"]
     turn = ground_from_trunk(person.arm)

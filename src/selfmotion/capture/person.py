@@ -17,10 +17,12 @@ from jaxtyping import Float
 from selfmotion.arrays import Transform
 from selfmotion.capture.joint_centres import JointCentre, Prior, functional_centre
 from selfmotion.capture.landmarks import Cluster, ClusterPose, cluster_from_static, fit_cluster
+from selfmotion.capture.marker_checks import refuse_lengths, refuse_other_shape
 from selfmotion.capture.marker_guides import attach_to_bodies, guide_model
 from selfmotion.capture.marker_ik import MarkerIk, MarkerModel, solve_marker_ik
 from selfmotion.capture.protocol import REACHING, Protocol
 from selfmotion.capture.scaling import SEGMENTS, place_shoulder, scale_arm, segment_lengths
+from selfmotion.capture.trunk import trunk_frame
 from selfmotion.capture.views import CENTRES, View, place_in_cluster, see_landmark
 from selfmotion.errors import NotFiniteError, RangeError
 from selfmotion.kinematics.arm import Arm
@@ -46,8 +48,6 @@ VIEW_NOISE = 0.07
 PLACEMENTS, PLACEMENT_SAMPLES = 3, 200
 # Rest: the first of so many equal parts of a movement.
 REST_PART = 20
-# Distance between two trunk axes' markers below which they give no direction (m).
-LEAST_WIDTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -126,6 +126,7 @@ def calibrate_person(
     Raises:
         UnknownNameError: a marker or the side does not exist.
         NotFiniteError: a landmark was not seen in the static trial, or too little of a movement.
+        RangeError: markers are not what they are taken for (see :mod:`.marker_checks`).
 
     Example:
         >>> from selfmotion.arms import upper_limb_anatomical
@@ -151,6 +152,8 @@ def calibrate_person(
         {k: fit_cluster(c, still) for k, c in clusters.items()},
         tuple({k: fit_cluster(c, m) for k, c in clusters.items()} for m in moving),
     )
+    for movement, poses in zip(moving, scene.moving, strict=True):
+        refuse_other_shape(movement.name, clusters, poses)
     trunk = trunk_frame(clusters["trunk"], at_rest, names, side)
     priors = _priors(scene, trunk)
     centres: dict[str, JointCentre] = {}
@@ -158,6 +161,7 @@ def calibrate_person(
         centres = {k: _centre(k, priors[k], scene.moving) for k in CENTRES}
     views = _views(scene, centres, priors)
     lengths = _lengths(views, scene)
+    refuse_lengths(still.name, lengths)
     seen = _landmarks_in_trunk(views, scene, trunk)
     own, model, ik = _fit_arm(arm, side, lengths, seen, names.knuckle_radial)
     return Person(side, own, model, clusters, views, trunk, centres, lengths, ik, names, chosen)
@@ -198,48 +202,6 @@ def prepare(markers: MarkerSet, protocol: Protocol, options: CaptureOptions) -> 
             flat = low_pass(flat, rate, options.cutoff)
         positions = flat.reshape(positions.shape)
     return replace(part, positions=positions)
-
-
-def trunk_frame(
-    cluster: Cluster, at_rest: Sequence[MarkerSet], names: Protocol, side: str
-) -> Transform:
-    """Give the trunk's frame in its cluster's from samples in which nothing moves.
-
-    Up is that of the laboratory; right is the level part of the line through the lateral markers.
-    """
-    out, forward, up = names.sternoclavicular
-    turns, origins = [], []
-    for still in at_rest:
-        pose = fit_cluster(cluster, still)
-        left, right, sternum = (
-            still.point(name) for name in (*names.lateral, names.landmarks["sternum"])
-        )
-        across = (right - left) * [1.0, 1.0, 0.0]
-        width = np.linalg.norm(across, axis=1, keepdims=True)
-        seen = np.isfinite(width[:, 0] + pose.residual + sternum[:, 0])
-        if seen.any() and np.nanmedian(width) < LEAST_WIDTH:
-            raise RangeError(
-                f"{still.name}: {' and '.join(names.lateral)} are {1e3 * np.nanmedian(width):.0f} "
-                f"mm apart, seen from above; at least {1e3 * LEAST_WIDTH:.0f} mm are needed to "
-                "tell right from left"
-            )
-        x = across[seen] / width[seen]
-        z = np.tile([0.0, 0.0, 1.0], (len(x), 1))
-        axes = np.stack([x, np.cross(z, x), z], axis=2)
-        turns.append(pose.rotation[seen].mT @ axes)
-        origin = sternum[seen] + axes @ [out if side == "right" else -out, forward, up]
-        origins.append(
-            np.einsum("kji,kj->ki", pose.rotation[seen], origin - pose.translation[seen])
-        )
-    if not sum(map(len, origins)):
-        raise NotFiniteError(
-            f"trunk: {', '.join(cluster.markers)} and {', '.join(names.lateral)} were never seen "
-            "together at rest"
-        )
-    T = np.eye(4)
-    T[:3, :3] = _mean_rotation(np.concatenate(turns))
-    T[:3, 3] = np.concatenate(origins).mean(axis=0)
-    return T
 
 
 def _priors(scene: _Scene, trunk: Transform) -> dict[str, Prior]:
@@ -386,9 +348,3 @@ def _static_path(static: MarkerSet, name: str) -> Float[np.ndarray, "samples 3"]
     if np.isnan(path).all():
         raise NotFiniteError(f"{static.name}: marker {name} was not seen in the static trial")
     return path
-
-
-def _mean_rotation(rotations: Float[np.ndarray, "samples 3 3"]) -> Float[np.ndarray, "3 3"]:
-    U, _, Vt = np.linalg.svd(rotations.mean(axis=0))
-    U[:, 2] *= np.linalg.det(U @ Vt)
-    return U @ Vt

@@ -4,7 +4,7 @@ Example::
 
     pattern = '(?P<subject>P\d+)_(?P<condition>reach|drink)_(?P<side>[RL])(?P<trial>\d+)\.csv'
     static = "{subject}_static.csv"        # marker files only; beside the trial
-    frame = {up = "z", forward = "y"}      # where the files do not tell their axes
+    frame = {up = "z", forward = "y"}      # of the laboratory; else the protocol says
 
     [names.side]
     R = "right"
@@ -46,7 +46,7 @@ class StudyFile:
         static: name of the static trial beside a trial, with {subject} and so on; empty: the
             files hold joint angles.
         protocol: marker protocol, by name or TOML file.
-        frame: axes of the laboratory, where the files do not tell; they are never assumed.
+        frame: axes of the laboratory; left out: those that the marker protocol states.
         names: label to what its values in file names stand for.
         cutoff: low-pass of markers, or of angles before differentiation (Hz); 0: none.
         task: what the movements are for, as in position or pose; empty: the arm's own kind.
@@ -190,7 +190,8 @@ def find_trials(study: StudyFile, folders: Sequence[Path]) -> tuple[Trial, ...]:
     for folder in folders:
         if not folder.is_dir():
             raise FileFormatError(f"{folder}: no such folder; a study is a folder of recordings")
-        files = sorted(p for p in folder.rglob("*") if p.is_file())
+        # A link to nothing counts: it is reported as a file that cannot be read.
+        files = sorted(p for p in folder.rglob("*") if not p.is_dir())
         found += [trial for path in files if (trial := _trial(study, folder, path)) is not None]
     where = ", ".join(map(str, folders))
     if not found:

@@ -15,14 +15,16 @@ import numpy as np
 from selfmotion.arms import load_arm
 from selfmotion.capture.angles import ArmMotion, angles_from_markers
 from selfmotion.capture.attach import attach_arm
+from selfmotion.capture.movement_check import check_movement
 from selfmotion.capture.person import CaptureOptions, Person, calibrate_person
 from selfmotion.capture.protocol import load_protocol
 from selfmotion.capture.scaling import ADULT_RANGES_DEG, with_adult_ranges
 from selfmotion.capture.views import CENTRES
-from selfmotion.errors import FileFormatError, SelfmotionError
+from selfmotion.errors import FileFormatError, RangeError, SelfmotionError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.motion.files import load, load_markers
 from selfmotion.motion.files.npz import write_npz
+from selfmotion.motion.labels import Frame
 from selfmotion.motion.recording import Recording
 from selfmotion.motion.segment import equally_spaced
 from selfmotion.motion.strokes import movement_span
@@ -34,6 +36,8 @@ from selfmotion.studies.study_file import StudyFile, Trial
 CALIBRATION_TRIALS = 8
 # A line from shoulder to wrist this close to the vertical gives no swivel angle over time (rad).
 LEAST_FROM_VERTICAL = np.deg2rad(15.0)
+# Landmark error of a movement (median of its frames) beyond which its angles mean nothing (m).
+LARGEST_ERROR = 0.04
 # Key of a trial's measures that holds the swivel angle over the movement, and its points.
 CURVE, CURVE_POINTS = "swivel_curve_deg", 101
 
@@ -152,10 +156,18 @@ def read_trial(person: Person, trial: Trial, study: StudyFile) -> ArmMotion:
 
     Raises:
         SelfmotionError: the file cannot be read or used.
+        RangeError: no posture of the person's arm comes near the landmarks.
     """
-    markers = load_markers(trial.path, frame=study.frame)
+    markers = load_markers(trial.path, frame=_frame(study))
     labelled = replace(markers, labels=trial.labels, source=trial.key)
-    return angles_from_markers(person, labelled)
+    motion = angles_from_markers(person, labelled)
+    error = float(np.nanmedian(motion.ik.rms))
+    if error > LARGEST_ERROR:
+        raise RangeError(
+            f"{trial.path}: the arm misses the landmarks by {1e3 * error:.3g} mm (median), at most "
+            f"{1e3 * LARGEST_ERROR:g} mm are allowed; are the labels of the markers right?"
+        )
+    return motion
 
 
 def moments_of(motion: ArmMotion, study: StudyFile) -> FoundMoments:
@@ -246,21 +258,35 @@ def _swivel_curve(motion: ArmMotion, first: int, last: int) -> list[float | None
 
 @lru_cache(maxsize=2)
 def calibrate(plan: Calibration, study: StudyFile, arm: str) -> Person:
-    """Calibrate a person once for all of their trials."""
+    """Calibrate a person once for all of their trials.
+
+    A movement that is of no use for that is left out; it is reported as a trial, not here. Where
+    none is of use, the static trial says what is wrong, or each trial does.
+    """
+    protocol = load_protocol(study.protocol)
+    frame = _frame(study)
+    static = load_markers(plan.static, frame=frame)
     movements = []
     for path in plan.movements:
         try:
-            movements.append(load_markers(path, frame=study.frame))
-        except SelfmotionError:  # a broken file is reported as a trial, not here
+            movement = load_markers(path, frame=frame)
+            check_movement(static, movement, side=plan.side, protocol=protocol)
+        except SelfmotionError:
             continue
+        movements.append(movement)
     return calibrate_person(
         person_arm(arm, adult=not study.person_ranges),
-        load_markers(plan.static, frame=study.frame),
+        static,
         movements,
         side=plan.side,
-        protocol=load_protocol(study.protocol),
+        protocol=protocol,
         options=CaptureOptions(cutoff=study.smoothing, centres=study.centres),
     )
+
+
+def _frame(study: StudyFile) -> Frame:
+    """Give the laboratory's axes: those of the study file, else those of the marker protocol."""
+    return study.frame if study.frame.known else load_protocol(study.protocol).frame
 
 
 def person_arm(name: str, *, adult: bool) -> Arm:
