@@ -9,6 +9,7 @@ import pytest
 from selfmotion.cli import reproduce
 from selfmotion.methods.workspace import WorkspaceOptions
 from selfmotion.provenance import Provenance
+from selfmotion.report.html import Page, Section
 from tests.cli.running import Capture, answered, refused
 
 PAPERS = ("khoramshahi2022", "tommasino2017", "deboon", "li2022")
@@ -26,10 +27,6 @@ def test_unknown_paper_is_refused_with_the_nearest(capsys: Capture) -> None:
 def test_data_are_refused_for_other_papers(paper: str, capsys: Capture) -> None:
     line = refused(capsys, "reproduce", paper, "--data", "people.mat")
     assert "--data people.mat" in line and "khoramshahi2022 only" in line
-
-
-def test_one_report_for_all_is_refused(capsys: Capture) -> None:
-    assert "--out DIR" in refused(capsys, "reproduce", "all", "--report", "r.html")
 
 
 @pytest.fixture
@@ -51,7 +48,8 @@ def test_tommasino2017_gives_numbers_and_a_report(tmp_path: Path, capsys: Captur
 
 
 def test_numbers_of_deboon_say_that_they_are_taken_over(tmp_path: Path) -> None:
-    from selfmotion.report.deboon_page import write_deboon_report
+    from selfmotion.report.deboon_page import deboon_page
+    from selfmotion.report.html import write_page
     from selfmotion.studies.deboon import StudySize, deboon_study
 
     options = WorkspaceOptions(n_points=256, shifts=3, slice_points=64)
@@ -62,25 +60,59 @@ def test_numbers_of_deboon_say_that_they_are_taken_over(tmp_path: Path) -> None:
     assert {r.comparable for r in records if "not at hand" in r.kind} == {False}
     assert all(r.published == r.ours for r in records if r.comparable)
     assert sum("not at hand" in r.kind for r in records) == 3
-    path = write_deboon_report(tmp_path / "d.html", found, table, Provenance("test"))
+    path = write_page(tmp_path / "d.html", deboon_page(found, table, Provenance("test")))
     assert path.read_text(encoding="utf-8").count("<svg") >= 3
 
 
-def test_all_is_each_paper_in_turn(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: Capture
-):
-    def quick(name: str):
-        def make(asked: reproduce.Asked) -> reproduce.Made:
-            def write(path: Path) -> Path:
-                path.write_text(name)
-                return path
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make every paper a page with one number, at once."""
 
-            return reproduce.Made(name, [], Provenance(name, choices={"size": 1}), write)
+    def maker(name: str):
+        def make(asked: reproduce.Asked) -> reproduce.Made:
+            number = reproduce.NumberBeside(
+                paper=name,
+                where="Table 1",
+                quantity="a length",
+                unit="m",
+                published="1",
+                ours="1",
+                comparable=True,
+                kind="taken over",
+                note="",
+            )
+            sections = (
+                Section("Published numbers beside ours", (f"All of {name}.",)),
+                Section("Scenario 1: a circle", points=(f"A figure of {name}.",)),
+            )
+            page = Page(f"{name.title()} et al., computed again", sections, f"On {name}.")
+            return reproduce.Made(name, [number], Provenance(name, choices={"size": 1}), page)
 
         return make
 
-    monkeypatch.setattr(reproduce, "PAPERS", {name: quick(name) for name in PAPERS})
+    monkeypatch.setattr(reproduce, "PAPERS", {name: maker(name) for name in PAPERS})
+
+
+@pytest.mark.usefixtures("quick")
+def test_all_is_each_paper_in_turn_and_one_page_of_everything(
+    tmp_path: Path, capsys: Capture
+) -> None:
     document = answered(capsys, "reproduce", "all", "--out", tmp_path)
     assert document["papers"] == list(PAPERS)
     assert document["provenance"]["choices"] == {name: {"size": 1} for name in PAPERS}
-    assert {p.name for p in tmp_path.glob("*.html")} == {f"{name}.html" for name in PAPERS}
+    pages = {f"{name}.html" for name in (*PAPERS, "all")}
+    assert {p.name for p in tmp_path.glob("*.html")} == pages
+    whole = (tmp_path / "all.html").read_text(encoding="utf-8")
+    assert "4 published numbers of 4 papers" in whole
+    for name in PAPERS:
+        assert f"On {name}." in whole and f"A figure of {name}." in whole
+        assert f">{name.title()} et al.: Published numbers beside ours</h2>" in whole
+        assert f">{name.title()} et al.: Scenario 1: a circle</h2>" in whole
+
+
+@pytest.mark.usefixtures("quick")
+def test_one_report_of_all_holds_every_paper(tmp_path: Path, capsys: Capture) -> None:
+    answered(capsys, "reproduce", "all", "--report", tmp_path / "r.html")
+    whole = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert all(f"A figure of {name}." in whole for name in PAPERS)
+    assert [p.name for p in tmp_path.iterdir()] == ["r.html"]

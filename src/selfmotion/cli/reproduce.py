@@ -3,7 +3,7 @@
 Studies that would take long run at the small sizes below; provenance says which.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +19,7 @@ from selfmotion.provenance import Provenance
 if TYPE_CHECKING:
     import pandas as pd
 
+    from selfmotion.report.html import Page
     from selfmotion.studies.khoramshahi2022 import Reproduction
 
 # Data sets drawn for the numerical examples of khoramshahi2022, as in the paper.
@@ -72,12 +73,12 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """One paper, computed again; `write` writes its report to a path and gives the path."""
+    """One paper, computed again, with its report."""
 
     paper: str
     numbers: list[NumberBeside]
     provenance: Provenance
-    write: Callable[[Path], Path]
+    page: "Page"
 
 
 def reproduce(
@@ -132,7 +133,7 @@ def reproduce(
     if key not in (*PAPERS, "all"):
         raise unknown_name("paper", paper, (*PAPERS, "all"))
     asked = Asked(data, repeats, people, seed, recordings, study_file, quiet)
-    refuse_or_warn_of_idle(key, asked, report)
+    refuse_or_warn_of_idle(key, asked)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # before minutes of work
     made = [PAPERS[name](asked) for name in (PAPERS if key == "all" else (key,))]
@@ -144,18 +145,46 @@ def reproduce(
     written: list[Path] = []
     if out is not None:
         written.append(save(document, out, "reproduce"))
-        written += [one.write(report or out / f"{one.paper}.html") for one in made]
-    elif report is not None:
-        written.append(made[0].write(report))
+    written += write_pages(made, out, report)
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
     return finish(document, text, json=json)
 
 
-def refuse_or_warn_of_idle(key: str, asked: Asked, report: Path | None) -> None:
+def write_pages(made: Sequence[Made], out: Path | None, report: Path | None) -> list[Path]:
+    """Write a page for each paper into a folder, and one that holds them all if they are several.
+
+    Returns:
+        The files; `report` takes the place of the page that holds everything.
+    """
+    from selfmotion.report.html import write_page
+
+    several = len(made) > 1
+    written: list[Path] = []
+    if out is not None and several:
+        written += [write_page(out / f"{one.paper}.html", one.page) for one in made]
+    if out is not None and report is None:
+        report = out / ("all.html" if several else f"{made[0].paper}.html")
+    if report is not None:
+        written.append(write_page(report, page_of_all(made) if several else made[0].page))
+    return written
+
+
+def page_of_all(made: Sequence[Made]) -> "Page":
+    """Put the reports on several papers into one page."""
+    import pandas as pd
+
+    from selfmotion.report.reproductions_page import reproductions_page
+
+    numbers = [(n.paper, n.comparable, n.kind) for one in made for n in one.numbers]
+    table = pd.DataFrame(numbers, columns=["paper", "comparable", "kind"])
+    return reproductions_page([one.page for one in made], table)
+
+
+def refuse_or_warn_of_idle(key: str, asked: Asked) -> None:
     """Refuse what would be misread, and say which options have no effect.
 
     Raises:
-        RangeError: --data with another paper, or one report for several papers.
+        RangeError: --data or --recordings with another paper, or half of a pair.
     """
     import warnings
 
@@ -167,8 +196,6 @@ def refuse_or_warn_of_idle(key: str, asked: Asked, report: Path | None) -> None:
         raise RangeError(
             f"--recordings {asked.recordings}: allowed with li2022 or all, not with {key}"
         )
-    if report is not None and key == "all":
-        raise RangeError(f"--report {report}: holds one paper, not all; --out DIR writes each")
     if asked.repeats is not None and key not in ("khoramshahi2022", "all"):
         warnings.warn(f"--repeats: no effect on {key} (khoramshahi2022 only)", stacklevel=2)
     if asked.people is not None and key in ("deboon", "li2022"):
@@ -186,7 +213,7 @@ def joint_provenance(made: list[Made], seed: int) -> Provenance:
 
 
 def _khoramshahi2022(asked: Asked) -> Made:
-    from selfmotion.report.khoramshahi2022_page import write_khoramshahi2022_report
+    from selfmotion.report.khoramshahi2022_page import khoramshahi2022_page
 
     repeats = REPEATS if asked.repeats is None else asked.repeats
     found = khoramshahi2022(asked.data, repeats=repeats, people=asked.people, seed=asked.seed)
@@ -194,7 +221,7 @@ def _khoramshahi2022(asked: Asked) -> Made:
         "khoramshahi2022",
         records("khoramshahi2022", found.table),
         found.provenance,
-        lambda path: write_khoramshahi2022_report(path, found),
+        khoramshahi2022_page(found),
     )
 
 
@@ -228,7 +255,7 @@ def khoramshahi2022(
 
 
 def _tommasino2017(asked: Asked) -> Made:
-    from selfmotion.report.tommasino2017_page import write_tommasino2017_report
+    from selfmotion.report.tommasino2017_page import tommasino2017_page
     from selfmotion.studies.center_out import CenterOut
     from selfmotion.studies.tommasino2017_numbers import reproduce_tommasino2017
 
@@ -241,14 +268,14 @@ def _tommasino2017(asked: Asked) -> Made:
         "tommasino2017",
         records("tommasino2017", found.table),
         sized,
-        lambda path: write_tommasino2017_report(path, found, shown(found.table)),
+        tommasino2017_page(found, shown(found.table)),
     )
 
 
 def _deboon(asked: Asked) -> Made:
     import numpy as np
 
-    from selfmotion.report.deboon_page import write_deboon_report
+    from selfmotion.report.deboon_page import deboon_page
     from selfmotion.studies.deboon import StudySize, deboon_study
 
     size = StudySize(n_samples=CIRCLE_SAMPLES)
@@ -265,13 +292,13 @@ def _deboon(asked: Asked) -> Made:
         "deboon",
         records("deboon", table),
         provenance,
-        lambda path: write_deboon_report(path, found, shown(table), provenance),
+        deboon_page(found, shown(table), provenance),
     )
 
 
 def _li2022(asked: Asked) -> Made:
     from selfmotion.cli.models import load_muscles
-    from selfmotion.report.li2022_page import write_li2022_report
+    from selfmotion.report.li2022_page import li2022_page
     from selfmotion.studies.li2022 import Size
     from selfmotion.studies.li2022 import reproduce as reproduce_li2022
 
@@ -300,7 +327,7 @@ def _li2022(asked: Asked) -> Made:
         "li2022",
         records("li2022", table),
         sized,
-        lambda path: write_li2022_report(path, model, found, shown(table), sized, more=more),
+        li2022_page(model, found, shown(table), sized, more=more),
     )
 
 

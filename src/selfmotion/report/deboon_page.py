@@ -1,24 +1,19 @@
 """The report of `selfmotion reproduce deboon`: its table and figures, what they mean."""
 
-from pathlib import Path
-
 import pandas as pd
 
 from selfmotion.provenance import Provenance
-from selfmotion.report.html import Footer, Picture, Section, Table, write_report
+from selfmotion.report.html import Footer, Page, Picture, Section, Table
 from selfmotion.report.workspace_figures import arcs_figure, slices_figure
 from selfmotion.studies.deboon import DeBoonStudy, DeviceResult
 
 PLANES = {"yz": "sagittal", "xz": "coronal"}
 
 
-def write_deboon_report(
-    path: str | Path, made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
-) -> Path:
-    """Write the report on a reproduction; give its path.
+def deboon_page(made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance) -> Page:
+    """Give the report on a reproduction.
 
     Args:
-        path: the HTML file.
         made: the three scenarios, computed again.
         numbers: each published number beside ours.
         provenance: how it was made.
@@ -38,7 +33,7 @@ def write_deboon_report(
     ]
     footer = Footer((provenance, made.workspace.provenance), ("DeBoon",))
     title = "DeBoon et al., computed again"
-    return write_report(path, title, sections, summary=made.summary(), footer=footer)
+    return Page(title, tuple(sections), made.summary(), footer)
 
 
 def workspace_section(made: DeBoonStudy) -> Section:

@@ -91,6 +91,21 @@ class Footer:
     papers: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A whole report, before it is written: what :func:`write_report` takes."""
+
+    title: str
+    sections: tuple[Section, ...]
+    summary: str = ""
+    footer: Footer = Footer()
+
+
+def write_page(path: str | Path, page: Page) -> Path:
+    """Write a page; give its path."""
+    return write_report(path, page.title, page.sections, summary=page.summary, footer=page.footer)
+
+
 def write_report(
     path: str | Path,
     title: str,

@@ -1,7 +1,5 @@
 """The report of `selfmotion reproduce khoramshahi2022`: its figures, its table, what they mean."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
@@ -12,7 +10,7 @@ from selfmotion.report.convergence_figures import (
     two_joint_figure,
 )
 from selfmotion.report.explain import WHAT_GROUPS_ARE, WHAT_NOT_IDENTIFIED_IS, WHAT_WEIGHTS_ARE
-from selfmotion.report.html import Footer, Picture, Section, Table, write_report
+from selfmotion.report.html import Footer, Page, Picture, Section, Table
 from selfmotion.report.velocity_figures import (
     null_share_figure,
     null_velocity_figure,
@@ -30,8 +28,8 @@ GENERATED = (
 )
 
 
-def write_khoramshahi2022_report(path: str | Path, made: Reproduction) -> Path:
-    """Write the report on a reproduction; give its path."""
+def khoramshahi2022_page(made: Reproduction) -> Page:
+    """Give the report on a reproduction."""
     kinds = made.table["kind"].value_counts()
     counts = "; ".join(f"{count}: {kind}" for kind, count in kinds.items())
     summary = f"{len(made.table)} published numbers beside ours. {counts}."
@@ -39,7 +37,7 @@ def write_khoramshahi2022_report(path: str | Path, made: Reproduction) -> Path:
     sections += [*reaching_sections(made.reaching), screen_section(made.screen)]
     footer = Footer((made.provenance,), ("Khoramshahi2022",))
     title = "Khoramshahi et al. 2022, computed again"
-    return write_report(path, title, sections, summary=summary, footer=footer)
+    return Page(title, tuple(sections), summary, footer)
 
 
 def comparison_section(made: Reproduction) -> Section:

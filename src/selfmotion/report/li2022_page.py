@@ -1,13 +1,12 @@
 """The report of `selfmotion reproduce li2022`: its table and figures, what they mean."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import pandas as pd
 
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.provenance import Provenance
-from selfmotion.report.html import Footer, Picture, Section, Table, write_report
+from selfmotion.report.html import Footer, Page, Picture, Section, Table
 from selfmotion.report.posture_figures import coordinates_figure, effort_figure, muscles_figure
 from selfmotion.studies.li2022 import Reproduction
 
@@ -15,19 +14,17 @@ from selfmotion.studies.li2022 import Reproduction
 EVERY_ELEVATION, EVERY_SWIVEL = 20, 10
 
 
-def write_li2022_report(
-    path: str | Path,
+def li2022_page(
     model: MusculoskeletalArm,
     made: Reproduction,
     numbers: pd.DataFrame,
     provenance: Provenance,
     *,
     more: Sequence[Section] = (),
-) -> Path:
-    """Write the report on a reproduction; give its path.
+) -> Page:
+    """Give the report on a reproduction.
 
     Args:
-        path: the HTML file.
         model: the arm with muscles that it was made with.
         made: the paper's synthetic analysis, computed again.
         numbers: each published number beside ours.
@@ -50,9 +47,7 @@ def write_li2022_report(
     ]
     summary = f"{len(numbers)} published numbers beside ours; {len(made.postures)} hand poses."
     footer = Footer((provenance,), ("Li2022",))
-    return write_report(
-        path, "Li et al. 2022, computed again", sections, summary=summary, footer=footer
-    )
+    return Page("Li et al. 2022, computed again", tuple(sections), summary, footer)
 
 
 def shoulder_section(made: Reproduction) -> Section:

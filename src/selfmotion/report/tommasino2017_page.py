@@ -1,10 +1,8 @@
 """The report of `selfmotion reproduce tommasino2017`: its table and figures, what they mean."""
 
-from pathlib import Path
-
 import pandas as pd
 
-from selfmotion.report.html import Footer, Picture, Section, Table, write_report
+from selfmotion.report.html import Footer, Page, Picture, Section, Table
 from selfmotion.report.planner_figures import (
     joint_trajectories_figure,
     net_area_figure,
@@ -21,11 +19,10 @@ GENERATED = (
 )
 
 
-def write_tommasino2017_report(path: str | Path, made: Reproduction, numbers: pd.DataFrame) -> Path:
-    """Write the report on a reproduction; give its path.
+def tommasino2017_page(made: Reproduction, numbers: pd.DataFrame) -> Page:
+    """Give the report on a reproduction.
 
     Args:
-        path: the HTML file.
         made: the paper, computed again.
         numbers: each published number beside ours.
     """
@@ -42,7 +39,7 @@ def write_tommasino2017_report(path: str | Path, made: Reproduction, numbers: pd
     )
     footer = Footer((made.provenance,), ("Tommasino2017",))
     title = "Tommasino and Campolo 2017, computed again"
-    return write_report(path, title, sections, summary=summary, footer=footer)
+    return Page(title, tuple(sections), summary, footer)
 
 
 def planned_section(made: Reproduction) -> Section:
