@@ -73,8 +73,13 @@ def test_means_have_t_intervals_and_missing_people_do_not_count():
     (row,) = means_over_people(table).to_dict("records")
     assert (row["what"], row["people"]) == ("task_share", 2)
     assert row["mean"] == pytest.approx(0.6)
-    # t with 1 degree of freedom: 12.7062.
+    # t with 1 degree of freedom: 12.7062; a share is between 0 and 1, and so is its mean.
+    assert (row["lower"], row["upper"]) == (0.0, 1.0)
+    table["synergy"] = [0.5, 0.7, np.nan]
+    row = means_over_people(table).to_dict("records")[-1]
+    assert row["what"] == "synergy"
     assert row["upper"] - row["mean"] == pytest.approx(12.7062 * 0.1, rel=1e-4)
+    assert row["lower"] < 0.0
 
 
 def test_joint_levels_are_found_with_holes():

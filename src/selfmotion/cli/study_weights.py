@@ -226,6 +226,8 @@ def as_document(run: "StudyRun") -> StudyDocument:
 
 def as_text(run: "StudyRun") -> str:
     """Write a study as a person reads it."""
+    from selfmotion.studies.study_statistics import comparison_lines
+
     bad = run.trials.loc[~run.trials["ok"].astype(bool)]
     lines = [f"{len(run.trials)} files, {len(bad)} of them could not be used"]
     lines += [f"  {row['file']}: {row['status']}" for row in bad.to_dict("records")]
@@ -237,15 +239,19 @@ def as_text(run: "StudyRun") -> str:
     ]
     lines += [
         f"swivel angle, {s['side']} {s['condition']}, {s['moment'].replace('_', ' ')} "
-        f"({s['selection']}): {s['mean_deg']:.0f} deg, within people {s['within_deg']:.1f}, "
-        f"between {s['between_deg']:.1f} ({s['people']} people)"
+        f"({s['selection']}): {s['mean_deg']:.0f} deg, within people {_or_dash(s['within_deg'])}, "
+        f"between {_or_dash(s['between_deg'])} ({s['people']} "
+        f"{'person' if s['people'] == 1 else 'people'})"
         for s in run.summary.swivel.to_dict("records")
         if s["moment"] not in ("start", "end")
     ]
-    lines += [
-        f"{t['comparison']}, {t['level']}: {t['sentence']}" for t in run.tests.to_dict("records")
-    ]
+    lines += comparison_lines(run.tests)
     return "\n".join(lines)
+
+
+def _or_dash(value: float) -> str:
+    """Write a number; a dash where it is not known."""
+    return "-" if value != value else f"{value:.1f}"
 
 
 def _rows(table: "pd.DataFrame", kind: type[Part]) -> list[dict[str, Any]]:

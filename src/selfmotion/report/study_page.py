@@ -10,9 +10,11 @@ from selfmotion.report.study_people_figures import (
     shares_figure,
     swivel_bands_figure,
 )
+from selfmotion.report.study_tables import groups_frame, people_frame, swivel_frame
 from selfmotion.report.svg import write_png
 from selfmotion.report.theme import words
 from selfmotion.studies.study_run import StudyRun
+from selfmotion.studies.study_statistics import comparison_lines
 from selfmotion.studies.study_summary import LEAST_OFF_LINE
 
 TRIAL_COLUMNS = (
@@ -21,13 +23,10 @@ TRIAL_COLUMNS = (
     "condition",
     "trial",
     "status",
-    "frames",
     "movement_s",
     "rms_landmark_mm",
     "elbow_disagreement_mm",
     "share_at_limit",
-    "swivel_start_deg",
-    "swivel_end_deg",
     "moments_missing",
 )
 
@@ -144,14 +143,16 @@ def shares_section(run: StudyRun, pictures: Mapping[str, Picture]) -> Section:
         pictures=(pictures["shares"],),
         tables=(
             Table(
-                run.summary.people, "Mean over people with standard deviation and 95 % interval."
+                people_frame(run.summary.people),
+                "Mean over people with standard deviation and 95 % interval.",
             ),
             Table(
-                run.groups,
-                "By person, side and condition. task_share: of squared joint velocity, with these "
-                "weights, with all alike (identity) and with those of the person's other "
-                "conditions (others); synergy: index of the uncontrolled manifold over the "
-                "repeats, mean over the movement.",
+                groups_frame(run.groups, run.estimates),
+                "By person, side and condition. Task share: of squared joint velocity, with the "
+                "weights of these movements, with all alike and with those of the person's other "
+                "conditions; synergy: index of the uncontrolled manifold over the repeats, mean "
+                "over the movement; joints whose weights the movements determine. More in "
+                "groups.csv.",
             ),
         ),
     )
@@ -171,9 +172,7 @@ def tests_section(run: StudyRun) -> Section:
                 "against first, with its 95 % t-interval.",
             )
         )
-    points = tuple(
-        f"{r['comparison']}, {r['level']}: {r['sentence']}" for r in run.tests.to_dict("records")
-    )
+    points = tuple(comparison_lines(run.tests))
     return Section(
         "Comparisons",
         words=("The tests are not corrected for their number: count them.",),
@@ -201,11 +200,11 @@ def swivel_sections(run: StudyRun, pictures: Mapping[str, Picture]) -> list[Sect
             pictures=(pictures["swivel"],),
             tables=(
                 Table(
-                    run.summary.swivel,
-                    "In degrees. within: standard deviation over a person's repeats, pooled; "
-                    "between: that of the people's means; lower and upper: 95 % intervals. "
-                    f"Selection: all movements, or those with the elbow at least {near} off the "
-                    "line from shoulder to wrist, near which the angle hardly exists.",
+                    swivel_frame(run.summary.swivel),
+                    "In degrees. Within: standard deviation over a person's repeats, pooled; "
+                    "between: that of the people's means; in brackets: 95 % intervals. Which: all "
+                    f"movements, and where these are fewer, those with the elbow at least {near} "
+                    "off the line from shoulder to wrist, near which the angle hardly exists.",
                 ),
             ),
         )

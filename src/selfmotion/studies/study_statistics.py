@@ -111,6 +111,25 @@ def compare_all(
     return pd.DataFrame(tests), pd.DataFrame(changes)
 
 
+def comparison_lines(tests: pd.DataFrame) -> list[str]:
+    """Say what came of the comparisons: a line for each test made, one for each reason for none.
+
+    Example:
+        >>> rows = [{"comparison": c, "level": "joints", "sentence": "no test"} for c in "ab"]
+        >>> comparison_lines(pd.DataFrame(rows))
+        ['no test: a (joints); b (joints)']
+    """
+    lines: list[str] = []
+    without: dict[str, list[str]] = {}
+    for row in tests.to_dict("records"):
+        name, t2 = f"{row['comparison']} ({row['level']})", row.get("t2", np.nan)
+        if t2 == t2:
+            lines.append(f"{name}: {row['sentence']}")
+        else:
+            without.setdefault(row["sentence"], []).append(name)
+    return lines + [f"{why}: {'; '.join(names)}" for why, names in without.items()]
+
+
 def segment_of(joint: str) -> str:
     """Give the segment that a joint belongs to, by its name.
 
@@ -153,7 +172,8 @@ def _test(
     row: dict[str, object] = {"compared": ", ".join(names), "ratios": max(ratios, 0)}
     if n <= ratios or ratios < 1 or n < LEAST_PEOPLE:
         need = max(ratios + 1, LEAST_PEOPLE)
-        what = f"{n} people for {ratios} ratios" if ratios > 0 else "no ratio that all have"
+        what = f"{_count(n, 'person', 'people')} for {_count(ratios, 'ratio', 'ratios')}"
+        what = what if ratios > 0 else "no ratio that all have"
         return row | {"sentence": f"{what}: no test ({need} people needed), see the table of means"}
     try:
         test = compare_weights(first, second, rng=rng)
@@ -168,6 +188,10 @@ def _test(
         "effect": test.effect,
         "sentence": str(test),
     }
+
+
+def _count(number: int, one: str, more: str) -> str:
+    return f"{number} {one if number == 1 else more}"
 
 
 def _changes(names: list[str], first: np.ndarray, second: np.ndarray) -> list[dict[str, object]]:

@@ -20,7 +20,9 @@ LEVEL = 0.95
 # An elbow nearer than this to the line from shoulder to wrist gives no swivel angle worth a mean:
 # there 5 mm, what landmarks are off by, turn it by 7 degrees (mm).
 LEAST_OFF_LINE = 40.0
-MEASURES = ("task_share", "task_share_identity", "task_share_others", "synergy")
+SHARES = ("task_share", "task_share_identity", "task_share_others")
+MEASURES = (*SHARES, "synergy")
+ANY = (-np.inf, np.inf)
 QUALITY = (
     "rms_landmark_mm",
     "elbow_disagreement_mm",
@@ -104,7 +106,7 @@ def means_over_people(groups: pd.DataFrame) -> pd.DataFrame:
             values = values[np.isfinite(values)]
             if values.size:
                 head = {"side": side, "condition": condition, "what": what}
-                rows.append(head | _mean(values))
+                rows.append(head | _mean(values, within=(0.0, 1.0) if what in SHARES else ANY))
     return pd.DataFrame(rows)
 
 
@@ -278,9 +280,11 @@ def _deviation(name: str, value: float, dof: int) -> dict[str, float]:
     return {f"{name}_deg": value, f"{name}_lower_deg": low, f"{name}_upper_deg": high}
 
 
-def _mean(values: np.ndarray) -> dict[str, object]:
+def _mean(values: np.ndarray, *, within: tuple[float, float]) -> dict[str, object]:
+    """Describe people's values; an interval ends where values do, which costs it no coverage."""
     n = len(values)
     spread = float(values.std(ddof=1)) if n > 1 else np.nan
     half = interval_factor(LEVEL, n) * spread / np.sqrt(n) if n > 1 else np.nan
     mean = float(values.mean())
-    return {"people": n, "mean": mean, "sd": spread, "lower": mean - half, "upper": mean + half}
+    lower, upper = np.clip([mean - half, mean + half], *within).tolist()
+    return {"people": n, "mean": mean, "sd": spread, "lower": lower, "upper": upper}
