@@ -42,7 +42,7 @@ class MeasuredRange(Part, frozen=True, kw_only=True):
 
 
 class NamedVolume(Part, frozen=True, kw_only=True):
-    """What is reached of a named region; `space_m3` is the region without the body, null if open."""
+    """What is reached of a named region; `space_m3`: the region without the body, null if open."""
 
     name: str
     title: str

@@ -70,7 +70,9 @@ def bounded_slices_figure(
     n_rows = -(-len(slices) // n_columns)
     order = _limits_used(slices)
     width = max(2.4 * n_columns, 4.2 + 0.9 * n_columns)
-    height = 2.6 * n_rows + 0.5 + 0.18 * -(-(len(order) + 3) // 2)
+    low, high = _window(slices)
+    tall = (high - low)[1] / (high - low)[0] * (width - 0.7) / n_columns
+    height = n_rows * (tall + 0.35) + 0.8 + 0.18 * -(-(len(order) + 3) // 2)
     figure, axes = new_figure(n_rows, n_columns, size=(width, height), share_x=True, share_y=True)
     flat = axes.ravel()
     for ax, cut in zip(flat, slices, strict=False):
@@ -80,7 +82,6 @@ def bounded_slices_figure(
         _frame(ax, cut)
     for ax in flat[len(slices) :]:
         ax.set_visible(False)
-    low, high = _window(slices)
     flat[0].set(xlim=1e2 * np.array([low[0], high[0]]), ylim=1e2 * np.array([low[1], high[1]]))
     for i, ax in enumerate(flat[: len(slices)]):
         ax.label_outer()
