@@ -78,6 +78,18 @@ def test_refusals_name_the_row(tmp_path, row, text, message):
         read_vicon_csv(write(tmp_path, lines))
 
 
+def test_a_row_that_was_cut_off_is_refused(tmp_path):
+    where = tmp_path / "trial.csv"
+    whole = "\n".join([*LINES, "43,0,1,2,3,4,5,6"])
+    where.write_text(whole)  # no end of line, but all cells
+    assert read_vicon_csv(where).n_samples == 3
+    where.write_text(whole[:-5])  # 43,0,1,2,3,4 could have been 43,0,1,2,3,41.7,...
+    with pytest.raises(FileFormatError, match="row 8 ends after 6 of 8 cells .* cut off"):
+        read_vicon_csv(where)
+    where.write_text(whole[:-5] + "\n")  # Nexus leaves the last empty cells of a row out
+    assert np.isnan(read_vicon_csv(where).positions[2, 1]).any()
+
+
 def test_a_file_that_ends_early_is_refused(tmp_path):
     for count in range(1, 6):
         with pytest.raises(FileFormatError):

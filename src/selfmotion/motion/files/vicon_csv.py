@@ -55,7 +55,8 @@ def read_vicon_csv(
         >>> seen.names, seen.labels.subject, seen.point("STRN")[0].tolist()
         (('STRN',), 'P1', [1.0, 0.0, 0.25])
     """
-    lines = read_text(path).splitlines()
+    text = read_text(path)
+    lines = text.splitlines()
     start = _section_start(path, lines)
     mark = next((m for m in (",", ";", "\t") if m in lines[start + 3]), ",")
     cells = [[cell.strip() for cell in line.split(mark)] for line in lines[start + 1 : start + 5]]
@@ -65,6 +66,8 @@ def read_vicon_csv(
     rows = _rows(lines[start + 5 :], mark)
     if not rows:
         raise FileFormatError(f"{path}: no frames after row {start + 5}")
+    if not text.endswith(("\n", "\r")):
+        _refuse_cut_off(path, len(lines), rows)
     values = _values(path, start + 6, rows, LEAD + 3 * len(names))
     bare, prefix = without_prefix(names)
     found = MarkerSet(
@@ -213,6 +216,18 @@ def _rows(lines: list[str], mark: str) -> list[list[str]]:
             break
         rows.append(line.split(mark))
     return rows
+
+
+def _refuse_cut_off(path: str | Path, row: int, rows: list[list[str]]) -> None:
+    """Refuse a last row that stops short of the others, in the middle of the line.
+
+    Its last number may have lost digits, which nothing in the number tells.
+    """
+    if len(rows) > 1 and len(rows[-1]) < len(rows[-2]):
+        raise FileFormatError(
+            f"{path}: row {row} ends after {len(rows[-1])} of {len(rows[-2])} cells without an end "
+            "of line: the file was cut off; copy it again, or delete that row"
+        )
 
 
 def _values(path: str | Path, first: int, rows: list[list[str]], width: int) -> np.ndarray:
