@@ -64,3 +64,10 @@ _RECORDS = (
 )
 
 PAPERS = MappingProxyType({paper.key: paper for paper in _RECORDS})
+
+MODEL_TERMS = (
+    "The default arm with muscles (myoarm) comes from the package myo-sim, declared Apache-2.0 "
+    "(https://pypi.org/project/myo-sim/). It derives from MoBL-ARMS (Saul et al. 2015, "
+    "https://doi.org/10.1080/10255842.2014.916698), whose own terms are non-commercial. Nothing "
+    "of it is part of selfmotion; name both where you publish what was computed with it."
+)

@@ -16,6 +16,17 @@ def test_every_paper_is_cited_with_its_key_and_doi(capsys: Capture) -> None:
         assert paper.doi is None or f"https://doi.org/{paper.doi}" in out
 
 
+def test_terms_of_the_arm_with_muscles_are_told(capsys: Capture) -> None:
+    assert main(["cite"]) == 0
+    out = capsys.readouterr().out
+    assert "myo-sim" in out and "Apache-2.0" in out
+    assert "MoBL-ARMS" in out and "non-commercial" in out
+    assert main(["cite", "--json", "Li2022"]) == 0
+    assert "MoBL-ARMS" in json.loads(capsys.readouterr().out)["model_terms"]
+    assert main(["cite", "--bibtex"]) == 0
+    assert "non-commercial" not in capsys.readouterr().out
+
+
 def test_bibtex_takes_names_and_venue_apart(capsys: Capture) -> None:
     assert main(["cite", "--bibtex", "khoramshahi2022"]) == 0
     lines = capsys.readouterr().out.splitlines()

@@ -9,7 +9,7 @@ from selfmotion._version import __version__
 from selfmotion.cli.options import Json
 from selfmotion.cli.output import Contract, Document, Part, finish
 from selfmotion.errors import unknown_name
-from selfmotion.papers import PAPERS, Paper
+from selfmotion.papers import MODEL_TERMS, PAPERS, Paper
 from selfmotion.provenance import Provenance
 
 _VENUE = re.compile(
@@ -31,9 +31,10 @@ class Reference(Part, frozen=True, kw_only=True):
 
 
 class CiteDocument(Document, frozen=True, tag="selfmotion/cite/1", kw_only=True):
-    """The papers asked for, and the library."""
+    """The papers asked for, the library, and the terms of the arm that it does not contain."""
 
     software: str
+    model_terms: str
     papers: list[Reference]
 
 
@@ -53,9 +54,13 @@ def cite(
     document = CiteDocument(
         provenance=Provenance("cite"),
         software=f"selfmotion {__version__}",
+        model_terms=MODEL_TERMS,
         papers=[reference(paper) for paper in papers],
     )
-    text = "\n\n".join(r.bibtex if bibtex else sentence(r) for r in document.papers)
+    parts = [r.bibtex if bibtex else sentence(r) for r in document.papers]
+    if not keys and not bibtex:
+        parts.append(f"{document.software}. {MODEL_TERMS}")
+    text = "\n\n".join(parts)
     return finish(document, text, json=json)
 
 
