@@ -104,6 +104,26 @@ def test_bad_arrays_are_one_line(tmp_path: Path, capsys: Capture) -> None:
     assert "no .npz of arrays" in refused(capsys, "donders", written(tmp_path / "t.npz", "text"))
 
 
+def test_angles_may_be_stated_to_be_degrees(tmp_path: Path, capsys: Capture) -> None:
+    lines = Path(POSTURES).read_text().splitlines()
+    header = lines[0].split(",")
+    cells = np.array([line.split(",") for line in lines[1:]])
+    angles = [header.index(f"{joint}_deg") for joint in ("pronation", "flexion", "deviation")]
+    degrees = cells[:, angles].astype(float)
+    np.savez(tmp_path / "deg.npz", q=degrees)
+    rows = [",".join(map(repr, row)) for row in degrees.tolist()]
+    text = "\n".join(["pronation,flexion,deviation", *rows]) + "\n"
+    wanted = answered(capsys, "donders", POSTURES)["rest"]
+    for file in (tmp_path / "deg.npz", written(tmp_path / "deg.csv", text)):
+        found = answered(capsys, "donders", file, "--angle-unit", "deg")
+        np.testing.assert_allclose(found["rest"], wanted, atol=1e-6)
+    named = written(tmp_path / "named.csv", text.replace("flexion,", "flexion_deg,", 1))
+    assert "flexion_deg names its unit" in refused(capsys, "donders", named, "--angle-unit", "rad")
+    np.savez(tmp_path / "q.npz", quaternions=np.tile([0.0, 0.0, 0.0, 1.0], (5, 1)))
+    line = refused(capsys, "donders", tmp_path / "q.npz", "--angle-unit", "deg")
+    assert "holds quaternions, which have none" in line
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

@@ -1,8 +1,8 @@
 """`selfmotion donders`: the elasticity of a person's joints, from postures alone."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -19,8 +19,8 @@ from selfmotion.cli.output import (
     numbers,
     save,
 )
-from selfmotion.cli.recordings import TaskName
-from selfmotion.cli.tables import QUATERNION, read_rows, with_unit_quaternions
+from selfmotion.cli.recordings import AngleUnit, TaskName
+from selfmotion.cli.tables import ANGLE_UNITS, QUATERNION, read_rows, with_unit_quaternions
 from selfmotion.errors import FileFormatError, RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -123,6 +123,7 @@ def donders(
             "Only the quadratic surface is fitted.",
         ),
     ] = None,
+    angle_unit: AngleUnit = None,
     study: StudyFile = None,
     effort: Annotated[
         bool,
@@ -136,6 +137,8 @@ def donders(
 ) -> int:
     """Fit the elasticity of a person's joints to postures."""
     if study is not None:
+        if angle_unit is not None:
+            raise RangeError("--angle-unit: belongs to one file of postures; a study has markers")
         from selfmotion.cli.donders_people import PeopleChoices, analyse_people
 
         choices = PeopleChoices(study, effort, jobs, quiet, out, report, json)
@@ -147,9 +150,9 @@ def donders(
         if prior is not None:
             raise RangeError("--prior: belongs to the law of an arm; --axis fits a surface only")
         direction = typed_axis(axis)
-        given = read_postures(file, ())
+        given = read_postures(file, (), angle_unit)
         return fit_segment(file, (given.values, given.form), direction, json=json, out=out)
-    return fit_file(file, (arm, task, prior), json=json, out=out)
+    return fit_file(file, (arm, task, prior), angle_unit=angle_unit, json=json, out=out)
 
 
 def one_file(postures: list[Path], report: Path | None) -> Path:
@@ -171,6 +174,7 @@ def fit_file(
     postures: Path,
     model_of: tuple[str, str | None, Path | None],
     *,
+    angle_unit: Literal["rad", "deg"] | None,
     json: bool,
     out: Path | None,
 ) -> int:
@@ -182,7 +186,7 @@ def fit_file(
     arm, task, prior = model_of
     model = load_any_arm(arm)
     goal = task_for(model, task)
-    given = read_postures(postures, model.joints)
+    given = read_postures(postures, model.joints, angle_unit)
     known = None if prior is None else read_prior(prior, model.n_joints)
     found = fit_elasticity(
         given.values, task=goal, form=given.form, prior=known, trials=given.trials
@@ -208,18 +212,31 @@ def fit_file(
     return finish(document, text, json=json, failed=int(document.failed))
 
 
-def read_postures(path: Path, joints: tuple[str, ...]) -> Postures:
+def read_postures(
+    path: Path, joints: tuple[str, ...], angle_unit: Literal["rad", "deg"] | None = None
+) -> Postures:
     """Read postures in whichever form the file holds.
 
     Raises:
         SelfmotionError: one line that names file, row or array, value and what is allowed.
     """
+    found = _read_any_form(path, joints, angle_unit)
+    if angle_unit is not None and found.form in ("quaternions", "matrices"):
+        raise RangeError(f"--angle-unit {angle_unit}: {path} holds {found.form}, which have none")
+    return found
+
+
+def _read_any_form(
+    path: Path, joints: tuple[str, ...], angle_unit: Literal["rad", "deg"] | None
+) -> Postures:
     if path.suffix.lower() == ".npz":
-        return _from_arrays(path)
+        found = _from_arrays(path)
+        scale = ANGLE_UNITS[f"_{angle_unit or 'rad'}"]
+        return found if scale == 1.0 else replace(found, values=scale * found.values)
     import numpy as np
 
     groups = (joints, QUATERNION, TURN_VECTOR, MATRIX)
-    rows = read_rows(path, (), groups)
+    rows = read_rows(path, (), groups, angle_unit=angle_unit)
     there = [group for group in groups if group and rows.has(group)]
     if len(there) != 1:
         raise FileFormatError(

@@ -7,7 +7,7 @@ that is none) belongs to that row, so that the others are computed all the same.
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from selfmotion.errors import FileFormatError, unknown_name
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from selfmotion.motion.files.table import Table
 
 Name: TypeAlias = int | str
+AngleUnit: TypeAlias = Literal["rad", "deg"]
 
 # Ends of column names that are units, and what one of them is in SI.
 ANGLE_UNITS = {"_rad": 1.0, "_deg": 0.017453292519943295}
@@ -92,6 +93,7 @@ def read_rows(
     *,
     bare: Sequence[str] = (),
     strict: bool = False,
+    angle_unit: AngleUnit | None = None,
 ) -> Rows:
     """Read a table by column names; angles also as NAME_deg, lengths as NAME_mm or NAME_cm.
 
@@ -101,11 +103,13 @@ def read_rows(
         optional: groups of columns, each there as a whole or not at all.
         bare: columns of a file without a line of names, in order.
         strict: refuse columns of other names, except those in `ABOUT`.
+        angle_unit: of angles whose column does not name it; left out: rad.
 
     Raises:
         UnknownNameError: a column's name is not known, and `strict` is set.
         FileFormatError: no table, a column is missing or there twice, a cell is no number, an
-            angle without unit is beyond one turn, an id stands twice, or no row is without gap.
+            angle without unit is beyond one turn, a column names another unit than `angle_unit`,
+            an id stands twice, or no row is without gap.
     """
     table = _table(path, bare)
     if strict:
@@ -117,7 +121,7 @@ def read_rows(
             _refuse_missing(table, [name for name in group if name not in there])
         names += there
     _refuse_missing(table, [name for name in needed if not _headers(table, name)])
-    columns = {name: _column(table, name) for name in names}
+    columns = {name: _column(table, name, angle_unit) for name in names}
     rows = Rows(table, _ids(table), columns, ("",) * len(table.rows))
     return rows.with_problems(_gaps(table, columns))
 
@@ -199,7 +203,7 @@ def _refuse_missing(table: "Table", missing: Sequence[str]) -> None:
         )
 
 
-def _column(table: "Table", name: str) -> "np.ndarray":
+def _column(table: "Table", name: str, angle_unit: AngleUnit | None) -> "np.ndarray":
     """Give a quantity in SI units."""
     import numpy as np
 
@@ -209,7 +213,15 @@ def _column(table: "Table", name: str) -> "np.ndarray":
     header = found[0]
     values = table.numbers(header)
     units = _units(name)
-    if header == name and units is ANGLE_UNITS and not name.endswith(RATES + QUATERNION):
+    is_angle = units is ANGLE_UNITS and not name.endswith(RATES + QUATERNION)
+    if is_angle and angle_unit is not None:
+        named = header.removeprefix(name).removeprefix("_") or angle_unit
+        if named != angle_unit:
+            raise FileFormatError(
+                f"{table.path}: column {header} names its unit, but {angle_unit} was stated"
+            )
+        return values * ANGLE_UNITS[f"_{named}"]
+    if header == name and is_angle:
         far = np.flatnonzero(np.abs(values) > PLAUSIBLE)
         if far.size:
             raise table.refusal(
