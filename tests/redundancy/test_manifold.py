@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from selfmotion.arms import myoarm, planar, srs7
+from selfmotion.arms.with_muscles import load_musculoskeletal_arm
 from selfmotion.errors import ModelError, RangeError, ShapeError
 from selfmotion.kinematics.chain import CoupledCurve, Coupling
 from selfmotion.kinematics.forward import forward_kinematics, frames_and_jacobian
@@ -83,6 +84,72 @@ def test_a_manifold_holds_the_posture_that_its_pose_came_from(arm):
             s = np.linspace(0.0, interval.arc[-1], 400)
             gaps.append(np.abs(interval.at(s) - q).max(axis=1).min())
         assert min(gaps) < 0.02
+
+
+def distance(manifold, q):
+    """Greatest coordinate between a posture and the nearest of all intervals (rad)."""
+    least = np.inf
+    for interval in manifold.intervals:
+        s = np.linspace(0.0, interval.arc[-1], max(50, int(interval.arc[-1] / 0.02)))
+        for _ in range(4):
+            gap = np.abs(interval.at(s) - q).max(axis=1)
+            i = gap.argmin()
+            s = np.linspace(s[max(i - 1, 0)], s[min(i + 1, len(s) - 1)], 20)
+            least = min(least, gap.min())
+    return least
+
+
+# Degrees, in the order of the joints: postures from which a hand pose was made.
+HARD = {
+    "raised arm, nearly straight elbow": (-64.86, 171.42, -32.64, 9.35, 78.27, 23.98, 1.19),
+    "hanging arm, nearly straight elbow": (116.15, 5.2, -61.16, 7.51, -11.42, 3.47, 33.31),
+    "hanging arm, singular shoulder": (74.47, 0.46, -76.13, 8.09, 20.25, 9.26, 28.06),
+    "raised arm, singular shoulder": (-46.29, 178.94, 102.23, 8.86, 0.2, -4.03, 29.44),
+    "singular shoulder, bent elbow": (127.66, 179.56, -88.1, 62.71, -28.72, 15.69, 13.5),
+    "a loop of which little is outside": (31.9, 164.76, 29.46, 0.22, 67.45, 17.14, 29.99),
+    "a loop entered at its seam": (-70.1, 0.84, 105.24, 0.01, 40.93, -8.26, 22.17),
+    "a curve that comes back beside itself": (-57.49, 67.97, 117.17, 1.0, 86.8, 24.99, 22.93),
+    "a small loop at the edge of reach": (-94.08, 53.43, 21.98, 0.12, 55.14, 7.06, -14.14),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_a_hard_pose_has_the_interval_of_the_posture_it_came_from(name):
+    arm = load_musculoskeletal_arm().arm
+    q = np.deg2rad(HARD[name])
+    manifold = ManifoldFinder.of(arm).find(hand(arm, q)[0])
+    assert distance(manifold, q) < 1e-4
+    for interval in manifold.intervals:
+        assert "end of the curve" not in interval.ends
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("edge_deg", [None, 2.0])
+def test_two_thousand_poses_have_the_interval_of_the_posture_they_came_from(edge_deg):
+    arm = load_musculoskeletal_arm().arm
+    finder, rng = ManifoldFinder.of(arm), np.random.default_rng(7)
+    postures = arm.random_postures(2000, rng)
+    if edge_deg is not None:  # one coordinate of each beside one of its limits
+        joint, off = rng.integers(0, 7, 2000), np.deg2rad(rng.uniform(0.0, edge_deg, 2000))
+        low = rng.integers(0, 2, 2000) == 0
+        beside = np.where(low, arm.lower[joint] + off, arm.upper[joint] - off)
+        postures[np.arange(2000), joint] = beside
+    missed = [q for q in postures if not distance(finder.find(hand(arm, q)[0]), q) < 1e-4]
+    assert len(missed) <= (0 if edge_deg is None else 1)
+
+
+def test_a_loop_is_walked_round_once():
+    """A shoulder and wrist that turn without limits: the whole circle of the elbow is feasible."""
+    wide = {joint: (-3.1415, 3.1415) for joint in srs7().joints}
+    arm = srs7().with_limits(wide)
+    for q in arm.random_postures(20, np.random.default_rng(8)):
+        T = hand(arm, q)[0]
+        for interval in ManifoldFinder.of(arm).find(T).intervals:
+            low, high = interval.swivel_range
+            assert high - low < 2 * np.pi + 1e-6
+            if interval.ends == ("closed", "closed"):
+                turn = (interval.q[-1] - interval.q[0] + np.pi) % (2 * np.pi) - np.pi
+                assert np.abs(turn).max() < 1e-9
 
 
 def test_intervals_stay_on_the_pose_and_end_on_the_limit_they_name(arm):

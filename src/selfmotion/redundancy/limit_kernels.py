@@ -91,3 +91,42 @@ def between_nodes(arc, nodes, tangents, s, Q, t):
         size = np.sqrt(size)
         for c in range(n):
             t[k, c] /= size
+
+
+@njit(cache=True, error_model="numpy")
+def distance_to_curve(points, nodes, tangents, arc, near, distance):
+    """Fill `distance` (S,): from points (S,n) to the cubics between nodes, greatest coordinate.
+
+    Where a point is farther than `near` from a stretch's chord, that stretch is passed over.
+    """
+    n = nodes.shape[1]
+    for k in range(points.shape[0]):
+        distance[k] = np.inf
+        for i in range(arc.shape[0] - 1):
+            h = arc[i + 1] - arc[i]
+            u = 0.0
+            for c in range(n):
+                u += (points[k, c] - nodes[i, c]) * (nodes[i + 1, c] - nodes[i, c])
+            u = min(max(u / (h * h), 0.0), 1.0)
+            far = 0.0
+            for c in range(n):
+                x = nodes[i, c] + u * (nodes[i + 1, c] - nodes[i, c])
+                far = max(far, abs(points[k, c] - x))
+            if far > near:
+                continue
+            for turn in range(4):
+                slope = 0.0
+                rest = 0.0
+                far = 0.0
+                for c in range(n):
+                    a, b = nodes[i, c], nodes[i + 1, c]
+                    ta, tb = h * tangents[i, c], h * tangents[i + 1, c]
+                    square, cube = 3.0 * (b - a) - 2.0 * ta - tb, 2.0 * (a - b) + ta + tb
+                    gap = points[k, c] - (a + u * (ta + u * (square + u * cube)))
+                    d = ta + u * (2.0 * square + u * 3.0 * cube)
+                    rest += d * gap
+                    slope += d * d
+                    far = max(far, abs(gap))
+                distance[k] = min(distance[k], far)
+                if turn < 3:
+                    u = min(max(u + rest / max(slope, 1e-300), 0.0), 1.0)

@@ -4,8 +4,8 @@
 paper, it is traced by continuation, so that every interval of postures inside the joint limits
 is found with its exact ends: there the pose and the limit that is met hold together, seven
 equations for seven coordinates. Seeds for the traces come from the closed form of the arm's
-relative, every `SEED_STEP` of swivel angle and on all eight branches; an interval is missed only
-if the seeds on either side of it are more than `tracing.BEYOND` outside the limits.
+relative, on all eight branches, with the shoulder centre of nine elevations, and at swivel angles
+so dense that between two of them no coordinate turns fast (`kinematics.srs_kernels.StartChoice`).
 """
 
 from dataclasses import dataclass
@@ -20,17 +20,19 @@ from selfmotion.errors import ShapeError, Status
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.srs import SrsRelative
+from selfmotion.kinematics.srs_kernels import StartChoice, srs_starts
 from selfmotion.redundancy.feasible import Clearance, FeasibleInterval, clear_parts
 from selfmotion.redundancy.nearest import nearest_posture
 from selfmotion.redundancy.pose_kernels import PathArrays
 from selfmotion.redundancy.refine import check_poses, path_arrays
 from selfmotion.redundancy.tracing import Tracer, without_doubles
 
-SEED_STEP = np.deg2rad(15.0)  # of swivel angle, between seeds
-# The relative's wrist and shoulder centres are not quite the arm's: a seed that is so far outside
-# the limits (rad) is not worth refining.
-_SEED_MARGIN = 0.8
-_SEED_OUT_OF_REACH = 0.3
+# The relative's wrist and shoulder centres are not quite the arm's, so that seeds outside the
+# limits are worth refining up to a margin.
+_CHOICE = StartChoice()
+# Elevations of the girdle, ends of the range included, for whose shoulder centre starts are
+# computed: with a centre some mm off, those for a nearly straight arm lead to other curves.
+N_ELEVATIONS = 9
 # How far inside the limits (rad) a second try starts.
 _INSET = 0.3
 # With fewer starts than this, more are taken from all over the box of limits.
@@ -103,15 +105,17 @@ class ManifoldFinder:
     Attributes:
         arm: the arm.
         path: the joints that carry the hand.
-        relatives: the closed-form relative, with the shoulder centre where the girdle puts it
-            at low, middle and high elevation; one alone where the centre does not move.
-        elevations: second coordinate (rad) for which each of them is right.
+        relative: the closed-form relative.
+        centres: (C, 3) where the girdle puts the shoulder centre at several elevations (m); one
+            alone where the centre does not move.
+        elevations: (C,) second coordinate (rad) for which each of them is right.
     """
 
     arm: Arm
     path: PathArrays
-    relatives: tuple[SrsRelative, ...]
-    elevations: Float[np.ndarray, " relatives"]
+    relative: SrsRelative
+    centres: Float[np.ndarray, "centres 3"]
+    elevations: Float[np.ndarray, " centres"]
 
     @classmethod
     def of(cls, arm: Arm) -> "ManifoldFinder":
@@ -122,14 +126,14 @@ class ManifoldFinder:
         """
         relative = SrsRelative.of(arm)
         home = np.clip(np.zeros(7), arm.lower, arm.upper)
-        elevations = np.linspace(arm.lower[1], arm.upper[1], 7)[1::2]
+        elevations = np.linspace(arm.lower[1], arm.upper[1], N_ELEVATIONS)
         postures = np.repeat(home[None], len(elevations), axis=0)
         postures[:, 1] = elevations
         centres = tip_positions(arm.chain, postures, [arm.tip("shoulder")])[:, 0]
         if np.ptp(centres, axis=0).max() < 1e-3:
             centres, elevations = centres[:1], elevations[:1]
-        relatives = tuple(relative.with_shoulder(c) for c in centres)
-        return cls(arm, path_arrays(arm.chain, arm.tip("hand")), relatives, elevations)
+        centres = np.ascontiguousarray(centres)
+        return cls(arm, path_arrays(arm.chain, arm.tip("hand")), relative, centres, elevations)
 
     def find(self, T_hand: ArrayLike, *, clearance: Clearance | None = None) -> SelfMotionManifold:
         """Find all feasible postures for a hand pose; see `self_motion_manifold`.
@@ -167,18 +171,10 @@ class ManifoldFinder:
 
     def _starts(self, goal: np.ndarray) -> np.ndarray:
         """Give postures (S, 7) from the closed form that are near the limits' box."""
-        swivel = np.arange(-np.pi, np.pi - 1e-9, SEED_STEP)
-        found, beyond = [], []
-        for i, relative in enumerate(self.relatives):
-            q, out = relative.postures(goal, swivel)
-            q, out = q.reshape(-1, 7), out.ravel()
-            excess = np.maximum(self.arm.lower - q, q - self.arm.upper).max(axis=1)
-            nearest = np.argmin(np.abs(q[:, 1:2] - self.elevations), axis=1) == i
-            beyond.append(excess + out)
-            found.append(q)
-            beyond[-1][~(nearest & (out < _SEED_OUT_OF_REACH))] += 10.0
-        q, score = np.concatenate(found), np.concatenate(beyond)
-        good = score < _SEED_MARGIN
+        limits = np.vstack([self.arm.lower, self.arm.upper])
+        arrays = self.relative.arrays
+        q, score = srs_starts(arrays, self.centres, self.elevations, goal, limits, _CHOICE)
+        good = score < _CHOICE.margin
         if good.sum() >= _ENOUGH:
             return q[good]
         # Little or nothing in reach: the nearest starts, and a few postures across the box, tell

@@ -310,11 +310,35 @@ def null_direction(p, q, t):
 
 
 @njit(cache=True, error_model="numpy")
+def _passed_start(nodes, tangents, count):
+    """Tell whether the first node lies on the last stretch, walked the same way."""
+    here, q = nodes[count - 2], nodes[count - 1]
+    along, t = tangents[count - 2], tangents[count - 1]
+    facing, begun, left, step = 0.0, 0.0, 0.0, 0.0
+    for j in range(7):
+        facing += t[j] * tangents[0, j]
+        begun += along[j] * (nodes[0, j] - here[j])
+        left += t[j] * (q[j] - nodes[0, j])
+        step += (q[j] - here[j]) ** 2
+    if facing < 0.9 or begun < 0.0 or left < 0.0:
+        return False
+    step = np.sqrt(step)
+    u = begun / max(begun + left, 1e-300)
+    off = 0.0
+    for j in range(7):
+        a, b, ta, tb = here[j], q[j], step * along[j], step * t[j]
+        x = a + u * (ta + u * (3.0 * (b - a) - 2.0 * ta - tb + u * (2.0 * (a - b) + ta + tb)))
+        off += (x - nodes[0, j]) ** 2
+    return np.sqrt(off) < 0.05 * step
+
+
+@njit(cache=True, error_model="numpy")
 def trace(p, start, goal, direction, box, max_step, nodes, tangents, arc):
     """Walk along the manifold from `start` (7) the way of `direction` (7).
 
-    Stops when the curve closes, or leaves `box` (2,7), or fills the arrays `nodes` (N,7),
-    `tangents` (N,7) and `arc` (N,), or gets stuck. Gives the number of nodes and the reason.
+    Stops when the curve closes (the last node is then the first again), leaves `box` (2,7), fills
+    `nodes` (N,7), `tangents` (N,7) and `arc` (N,), or gets stuck. Gives the number of nodes and
+    the reason.
     """
     T, J = np.empty((3, 4)), np.empty((6, 7))
     M, d, e = np.empty((7, 7)), np.empty(7), np.empty(6)
@@ -323,9 +347,7 @@ def trace(p, start, goal, direction, box, max_step, nodes, tangents, arc):
     hand_and_jacobian(p, start, T, J, scratch)
     if not _tangent(J, direction, M, t):
         return 0, STUCK
-    nodes[0] = start
-    tangents[0] = t
-    arc[0] = 0.0
+    nodes[0], tangents[0], arc[0] = start, t, 0.0
     step = 0.5 * max_step
     count = 1
     while count < nodes.shape[0]:
@@ -344,27 +366,23 @@ def trace(p, start, goal, direction, box, max_step, nodes, tangents, arc):
             if step < _SMALLEST_STEP:
                 return count, STUCK
             continue
-        nodes[count] = q
-        tangents[count] = t
-        length = 0.0
-        outside = False
-        back = 0.0
+        nodes[count], tangents[count] = q, t
+        length, outside = 0.0, False
         for j in range(7):
             length += (q[j] - here[j]) ** 2
             outside = outside or q[j] < box[0, j] or q[j] > box[1, j]
-            back += (q[j] - nodes[0, j]) ** 2
         arc[count] = arc[count - 1] + np.sqrt(length)
         count += 1
         if outside:
             return count, OUTSIDE
-        if count > 4 and np.sqrt(back) < 0.7 * max_step:
-            facing = 0.0
-            ahead = 0.0
-            for j in range(7):
-                facing += t[j] * tangents[0, j]
-                ahead += t[j] * (nodes[0, j] - q[j])
-            if facing > 0.9 and ahead <= 0.0:
-                return count, CLOSED
+        if count > 4 and _passed_start(nodes, tangents, count):
+            # The loop ends where it began, exactly.
+            nodes[count - 1], tangents[count - 1] = nodes[0], tangents[0]
+            length = ((nodes[0] - nodes[count - 2]) ** 2).sum()
+            if length < 1e-16:  # the node before is the start already
+                return count - 1, CLOSED
+            arc[count - 1] = arc[count - 2] + np.sqrt(length)
+            return count, CLOSED
         if bend > 0.995:
             step = min(1.5 * step, max_step)
     return count, FULL

@@ -15,8 +15,13 @@ BEYOND = 0.3  # how far outside the limits the curve is followed (rad)
 MAX_STEP = 0.15  # longest step along the curve (rad, norm over coordinates)
 MAX_NODES = 800
 _REFINE_ITERATIONS = 25
-# A posture so far off a traced curve (rad) is not on it.
-_ON_CURVE = 0.03
+# Starts that are so close to the pose by then (m, rad) get more iterations.
+_CLOSE, _MANY_ITERATIONS = (2e-3, 1e-2), 250
+# A posture so far off a traced curve (rad) is not on it: farther than the cubics between nodes
+# are off the true curve, nearer than another curve may run beside it.
+_ON_CURVE = 3e-3
+# Two intervals whose exact postures are so close (rad) are one.
+_SAME = 1e-5
 # Intervals between limits shorter than this (rad along the curve) are touches, not intervals.
 _SHORTEST = 1e-9
 
@@ -36,7 +41,7 @@ class Tracer:
         while len(seeds):
             nodes, tangents, arc, closed = self.curve(seeds[0])
             pieces += self.intervals(nodes, tangents, arc, closed=closed)
-            seeds = seeds[1:][off_curve(seeds[1:], nodes, tangents)]
+            seeds = seeds[1:][off_curve(seeds[1:], nodes, tangents, arc)]
         return pieces, failure
 
     def refined(self, starts: np.ndarray) -> tuple[np.ndarray, str]:
@@ -62,6 +67,17 @@ class Tracer:
         return q[order][worst[order] < BEYOND], sentence
 
     def _refined(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        reached, errors = self._refine(q, _REFINE_ITERATIONS)
+        # A straight elbow at the edge of reach: the last millimetres come slowly.
+        close = ~reached & (errors[:, 0] < _CLOSE[0]) & (errors[:, 1] < _CLOSE[1])
+        if close.any():
+            again = q[close]
+            reached[close], _ = self._refine(again, _MANY_ITERATIONS)
+            q[close] = again
+        return q, reached
+
+    def _refine(self, q: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:
+        """Refine postures (S, 7) in place; gives which reach the pose, and errors (m, rad)."""
         iterations = np.empty(len(q), dtype=np.int64)
         errors = np.empty((len(q), 2))
         pose_kernels.refine_many(
@@ -70,11 +86,11 @@ class Tracer:
             np.broadcast_to(self.goal, (len(q), 4, 4)).copy(),
             np.ones((1, 7)),
             np.array([POSITION_TOLERANCE, ROTATION_TOLERANCE]),
-            _REFINE_ITERATIONS,
+            most,
             iterations,
             errors,
         )
-        return q, iterations >= 0
+        return iterations >= 0, errors
 
     def curve(self, seed: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, bool]:
         """Trace the curve through a seed both ways; the last says whether it is a loop."""
@@ -118,17 +134,20 @@ class Tracer:
                 return []
             name = "closed" if closed else "end of the curve"
             return [self._interval(nodes, tangents, arc, (name, name))]
+        if closed:  # twice round, from the first crossing to the first crossing
+            nodes, tangents, arc = _twice(nodes, tangents, arc)
+            again = events[0] + [arc[-1] - arc[len(arc) // 2], 0.0, 0.0, 0.0]
+            stops = [*events, again]
+        else:
+            stops = [None, *events, None]
+        cuts = np.array([arc[0], *events[:, 0], arc[-1]])
         if closed:
-            nodes, tangents, arc, events = _turned(nodes, tangents, arc, events)
-        cuts = np.concatenate([arc[:1], events[:, 0], arc[-1:]])
+            cuts = np.array([stop[0] for stop in stops])
         middles, _ = hermite(arc, nodes, tangents, 0.5 * (cuts[:-1] + cuts[1:]))
         parts = []
         for i in np.flatnonzero([self._inside(q) for q in middles]):
-            if cuts[i + 1] - cuts[i] < _SHORTEST:
-                continue
-            before = events[i - 1] if i > 0 else None
-            after = events[i] if i < len(events) else None
-            parts.append(self._cut(nodes, tangents, arc, (before, after)))
+            if cuts[i + 1] - cuts[i] >= _SHORTEST:
+                parts.append(self._cut(nodes, tangents, arc, (stops[i], stops[i + 1])))
         return parts
 
     def _inside(self, q: np.ndarray) -> bool:
@@ -195,47 +214,41 @@ def inside_turn(arm: Arm, q: Float[np.ndarray, "samples 7"]) -> Float[np.ndarray
     return q - 2 * np.pi * whole * np.round((q - arm.middle()) / (2 * np.pi))
 
 
-def off_curve(seeds: np.ndarray, nodes: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+def off_curve(
+    seeds: np.ndarray, nodes: np.ndarray, tangents: np.ndarray, arc: np.ndarray
+) -> np.ndarray:
     """Tell which seeds (S, 7) are not on a traced curve."""
-    gap = seeds[:, None, :] - nodes[None]
-    along = np.einsum("skj,kj->sk", gap, tangents)
-    across = np.sqrt(np.maximum((gap**2).sum(axis=2) - along**2, 0.0))
-    near = (np.abs(along) <= 0.7 * MAX_STEP) & (across <= _ON_CURVE)
-    return ~near.any(axis=1)
+    distance = np.empty(len(seeds))
+    q, n, t, s = (np.ascontiguousarray(part) for part in (seeds, nodes, tangents, arc))
+    limit_kernels.distance_to_curve(q, n, t, s, 0.5 * MAX_STEP, distance)
+    return distance > _ON_CURVE
 
 
-def _turned(
-    nodes: np.ndarray, tangents: np.ndarray, arc: np.ndarray, events: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Let a closed curve begin at its first crossing, so that no interval spans its seam."""
-    first = int(events[0, 3]) + 1
-    seam = float(np.linalg.norm(nodes[0] - nodes[-1]))
-    if seam < 1e-9 or np.dot(nodes[0] - nodes[-1], tangents[0]) <= 0:  # walked past the start
-        keep = len(nodes) - 1
-        while keep > 2 and np.dot(nodes[0] - nodes[keep - 1], tangents[0]) <= 1e-9:
-            keep -= 1
-        nodes, tangents, arc = nodes[:keep], tangents[:keep], arc[:keep]
-        seam = float(np.linalg.norm(nodes[0] - nodes[-1]))
-        events = events[events[:, 0] <= arc[-1]]
-    whole = arc[-1] + seam
-    order = np.concatenate([np.arange(first, len(nodes)), np.arange(first)])
-    turned_arc = np.where(np.arange(len(nodes)) < first, arc + whole, arc)[order]
-    moved = events.copy()
-    late = moved[:, 0] < turned_arc[0]
-    moved[late, 0] += whole
-    moved = moved[np.argsort(moved[:, 0])]
-    # The loop comes back to where it began: the first node again at the end.
-    nodes = np.vstack([nodes[order], nodes[order[:1]]])
-    tangents = np.vstack([tangents[order], tangents[order[:1]]])
-    turned_arc = np.append(turned_arc, turned_arc[0] + whole)
-    return nodes, tangents, turned_arc, moved
+def _twice(
+    nodes: np.ndarray, tangents: np.ndarray, arc: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Go twice round a loop whose last node is its first."""
+    twice = (np.vstack([nodes, nodes[1:]]), np.vstack([tangents, tangents[1:]]))
+    return *twice, np.concatenate([arc, arc[1:] + arc[-1] - arc[0]])
 
 
 def without_doubles(pieces: list[FeasibleInterval]) -> list[FeasibleInterval]:
     """Leave out intervals found twice (two seeds of one curve that the first trace missed)."""
     kept: list[FeasibleInterval] = []
-    for piece in pieces:
+    for piece in sorted(pieces, key=lambda piece: -piece.length):
         middle = piece.at(0.5 * piece.arc[-1])
-        if all(off_curve(middle, other.q, other.tangents)[0] for other in kept):
+        if not any(_lies_on(middle, other) for other in kept):
             kept.append(piece)
     return kept
+
+
+def _lies_on(q: np.ndarray, interval: FeasibleInterval) -> bool:
+    """Tell whether a posture (1, 7) is one of an interval's exact postures."""
+    if off_curve(q, interval.q, interval.tangents, interval.arc)[0]:
+        return False
+    i = int(np.argmin(np.linalg.norm(interval.q - q, axis=1)))
+    place = interval.arc[i]
+    for _ in range(6):
+        exact, tangent = interval.at_with_tangent(place)
+        place = np.clip(place + ((q - exact) * tangent).sum(), interval.arc[0], interval.arc[-1])
+    return bool(np.abs(interval.at(place) - q).max() < _SAME)
