@@ -1,10 +1,14 @@
 """`selfmotion angles`: markers in, angles in files out."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from selfmotion.capture.moving_side import doubt_about_side
+from selfmotion.capture.protocol import REACHING
+from selfmotion.capture.simulated_markers import simulate_markers
 from selfmotion.motion.files import load
 from tests.cli.running import Capture, answered, refused
 
@@ -29,6 +33,27 @@ def test_angles_are_written_and_read_back(tmp_path: Path, capsys: Capture, kind:
 def test_the_7_dof_arm_takes_the_same_markers(capsys: Capture):
     document = answered(capsys, "angles", DRINK, "--static", STATIC, "--arm", "srs7")
     assert len(document["joints"]) == 7 and document["rms_marker_error_mm"] < 15
+
+
+def test_angles_of_the_arm_that_rests_are_doubted():
+    seen = simulate_markers(rng=np.random.default_rng(1)).movements[0]
+    assert doubt_about_side(seen, REACHING, "right") == ""
+    # The other hand carries markers, too, and moves; or the one that is asked for rests.
+    swapped = {n: f"{'L' if n[0] == 'R' else 'R'}{n[1:]}" for n in seen.names if n[1:4] == "HAN"}
+    both = replace(
+        seen,
+        names=(*seen.names, *(swapped[n] for n in swapped)),
+        positions=np.concatenate(
+            [
+                seen.positions,
+                np.stack([seen.point(n)[[0]].repeat(seen.n_samples, 0) for n in swapped], 1),
+            ],
+            1,
+        ),
+    )
+    assert doubt_about_side(both, REACHING, "right") == ""
+    doubt = doubt_about_side(both, REACHING, "left")
+    assert "the left one by 0 mm" in doubt and "--side right?" in doubt
 
 
 def test_refusals_name_what_is_missing(tmp_path: Path, capsys: Capture):

@@ -31,6 +31,15 @@ def test_a_broken_file_has_a_status_and_the_rest_goes_on(tmp_path: Path, capsys:
     assert [m["failed"] for m in movements] == [True, False] and "bad.csv" in movements[0]["status"]
 
 
+def test_a_folder_stands_for_its_marker_files(tmp_path: Path, capsys: Capture):
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_bytes(DRINK.read_bytes())
+    (tmp_path / "notes.md").write_text("no recording")
+    found = answered(capsys, "segment", tmp_path, "--marker", "RFB")["movements"]
+    assert [Path(m["name"]).name for m in found] == ["a.csv", "b.csv"]
+    assert "--marker NAME" in refused(capsys, "segment", DRINK)
+
+
 def test_wrong_shares_are_refused(capsys: Capture):
     assert "share = 2" in refused(capsys, "segment", DRINK, "--marker", "RFB", "--share", "2")
 

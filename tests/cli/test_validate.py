@@ -10,6 +10,7 @@ from selfmotion.motion.files.describe import describe, gap_lengths
 from selfmotion.motion.files.npz import write_npz
 from selfmotion.motion.files.trc import write_trc
 from selfmotion.motion.markers import MarkerSet
+from tests.cli.running import answered
 
 Capture = pytest.CaptureFixture[str]
 
@@ -58,6 +59,14 @@ def test_a_refused_file_has_its_reason_and_the_rest_goes_on(
     assert entries[2]["status"] == "a model, no recording: `selfmotion arms` describes it"
     assert main(["validate", str(tmp_path / "a.trc")]) == 1
     assert "REFUSED" in capsys.readouterr().out
+
+
+def test_folders_are_looked_through(tmp_path: Path, capsys: Capture) -> None:
+    for name in ("P1/a.osim", "P2/b.osim", ".git/c.osim"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text("")
+    files = [e["file"] for e in answered(capsys, "validate", tmp_path, code=1)["files"]]
+    assert files == [str(tmp_path / name) for name in ("P1/a.osim", "P2/b.osim")]
 
 
 @pytest.mark.parametrize("empty", [True, False])

@@ -1,5 +1,6 @@
 """`selfmotion angles`: joint angles of a person from marker trajectories."""
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -90,7 +91,7 @@ def angles(
         str, typer.Option("--arm", metavar="NAME|FILE", help="The arm that is fitted.")
     ] = "upper_limb_anatomical",
     side: Annotated[
-        Literal["right", "left"], typer.Option("--side", help="The arm that moves.")
+        Literal["right", "left"], typer.Option("--side", help="The arm that moves, one a run.")
     ] = "right",
     protocol: Annotated[
         str, typer.Option("--protocol", metavar="NAME|FILE.toml", help="Which marker is what.")
@@ -124,6 +125,7 @@ def angles(
 ) -> int:
     """Find joint angles from markers: clusters, joint centres, inverse kinematics."""
     from selfmotion.capture.angles import angles_from_markers
+    from selfmotion.capture.moving_side import doubt_about_side
     from selfmotion.capture.person import CaptureOptions, calibrate_person
     from selfmotion.capture.protocol import load_protocol
     from selfmotion.provenance import hash_file
@@ -140,6 +142,9 @@ def angles(
         protocol=names,
         options=CaptureOptions(max_gap=max_gap, cutoff=cutoff or None),
     )
+    for seen in recorded:
+        if doubt := doubt_about_side(seen, names, side):
+            warnings.warn(doubt, stacklevel=2)
     movements = []
     for path, seen in zip(markers, recorded, strict=True):
         motion = angles_from_markers(person, seen)

@@ -159,22 +159,27 @@ def load_marker_file(
     return load_markers(path, unit=stated.length_unit, rate=stated.rate, frame=frame)
 
 
-def find_files(inputs: list[Path]) -> list[Path]:
+def find_files(inputs: list[Path], *, markers: bool = False) -> list[Path]:
     """List the files meant: a folder stands for the recordings in it, sorted by name.
+
+    Args:
+        inputs: files and folders.
+        markers: whether marker files are meant, not joint motion.
 
     Raises:
         FileFormatError: a folder holds no recording, or nothing stands at a path.
     """
-    from selfmotion.motion.files import SUFFIXES
+    from selfmotion.motion.files import MARKER_SUFFIXES, SUFFIXES
 
+    suffixes = (*MARKER_SUFFIXES, ".csv", ".tsv") if markers else (*SUFFIXES,)
     files: list[Path] = []
     for path in inputs:
         if not path.is_dir():
             files.append(path)
             continue
-        found = sorted(p for p in path.iterdir() if p.suffix.lower() in SUFFIXES and p.is_file())
+        found = sorted(p for p in path.iterdir() if p.suffix.lower() in suffixes and p.is_file())
         if not found:
-            raise FileFormatError(f"{path}: no recording in this folder ({', '.join(SUFFIXES)})")
+            raise FileFormatError(f"{path}: no recording in this folder ({', '.join(suffixes)})")
         files += found
     known: set[Path] = set()
     for path in files:

@@ -78,7 +78,8 @@ CONTRACT = Contract(
 
 def segment(
     inputs: Annotated[
-        list[Path], typer.Argument(metavar="INPUT...", help="Recordings, or marker files.")
+        list[Path],
+        typer.Argument(metavar="INPUT...", help="Recordings, or marker files, or folders."),
     ],
     marker: Annotated[
         str | None, typer.Option("--marker", help="Of marker files: whose speed counts.")
@@ -127,6 +128,9 @@ def segment(
         for recording in study:
             found.append(_attempt(recording.name, lambda r=recording: _of_recording(r, keep)))
     else:
+        from selfmotion.cli.recordings import find_files
+
+        inputs = find_files(inputs, markers=True)
         for path in inputs:
             found.append(
                 _attempt(str(path), lambda p=path: _of_marker(p, marker, cutoff, (stated, keep)))
@@ -297,7 +301,7 @@ def as_text(document: SegmentDocument) -> str:
     lines = []
     for m in document.movements:
         if m.failed:
-            lines.append(f"{m.name}: {m.status}")
+            lines.append(f"{m.name}: {m.status.removeprefix(f'{m.name}: ')}")
             continue
         apart = "; stands apart from the others" if m.stands_apart else ""
         lines.append(f"{m.name}: {m.onset_s:.2f} to {m.offset_s:.2f} s, {m.status}{apart}")

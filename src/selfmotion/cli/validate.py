@@ -89,7 +89,8 @@ CONTRACT = Contract(ValidateDocument, ("validate", "examples/markers.trc", "--js
 
 def validate(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="Files, or folders of files.")
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Files, or folders, with all below them."),
     ],
     length_unit: LengthUnit = None,
     angle_unit: AngleUnit = None,
@@ -111,7 +112,7 @@ def validate(
 
 
 def expand(paths: list[Path]) -> list[Path]:
-    """Give the files meant; a folder stands for the files in it, sorted by name.
+    """Give the files meant; a folder stands for all files below it, sorted, but for hidden ones.
 
     Of several files those that only say something about others are left aside: the companions of
     Motion-BIDS, which are read with their recording, and README.md.
@@ -122,7 +123,7 @@ def expand(paths: list[Path]) -> list[Path]:
     found: list[Path] = []
     for path in paths:
         if path.is_dir():
-            inside = sorted(p for p in path.iterdir() if p.is_file())
+            inside = sorted(p for p in path.rglob("*") if p.is_file() and not _hidden(p, path))
             if not inside:
                 raise FileFormatError(f"{path}: no file in this folder")
             found += inside
@@ -131,6 +132,10 @@ def expand(paths: list[Path]) -> list[Path]:
         else:
             raise FileFormatError(f"{path}: no such file")
     return [path for path in found if not path.name.lower().endswith(BESIDE)] or found
+
+
+def _hidden(path: Path, folder: Path) -> bool:
+    return any(part.startswith(".") for part in path.relative_to(folder).parts)
 
 
 def entry(path: Path, stated: Stated = NOTHING) -> FileEntry:

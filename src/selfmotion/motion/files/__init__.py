@@ -61,8 +61,8 @@ def load(
     kind = format_of(path)
     if kind in MARKER_FORMATS:
         raise FileFormatError(
-            f"{path}: holds markers, not joint angles: load_markers reads them, and `selfmotion "
-            "angles` makes angles of them"
+            f"{path}: holds markers, not joint angles: load_markers reads them, `selfmotion "
+            "angles` makes angles of them, `selfmotion segment --marker NAME` finds strokes"
         )
     if kind == "csv":
         from selfmotion.motion.files.angles_csv import read_angles_csv
