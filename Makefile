@@ -8,13 +8,14 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c const
 INSTALL_INPUTS := pyproject.toml constraints.txt src/selfmotion/_version.py
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-long docs lint ruff format-check types imports format golden constraints clean
+.PHONY: help demo test test-long docs benchmarks lint ruff format-check types imports format golden constraints clean
 
 help:
 	@echo "make demo         install into $(VENV) and run the demonstration; says where the report lies"
 	@echo "make test         install into $(VENV) and run the tests"
 	@echo "make test-long    also the studies that take minutes"
 	@echo "make docs         build the documentation site into docs/_build/html"
+	@echo "make benchmarks   run benchmarks/ beside their peers (ten minutes); writes docs/benchmarks.md"
 	@echo "make lint         what .ci/run checks besides the tests"
 	@echo "make format       let ruff put the code into shape"
 	@echo "make golden       write docs/cli/*.json anew"
@@ -35,6 +36,10 @@ test-long: $(VENV)/.installed-dev
 docs: $(VENV)/.installed-dev
 	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build/html
 	@echo "The site: $(abspath docs/_build/html/index.html)"
+
+# Peers that are not installed are left out; the page says which.
+benchmarks: $(VENV)/.installed-dev
+	$(BIN)/python benchmarks/run_all.py
 
 # The linters, one target each: pre-commit and .ci/run call these very lines.
 lint: ruff format-check types imports

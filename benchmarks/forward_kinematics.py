@@ -1,6 +1,6 @@
 """Positions of the hand at many postures: our kernels beside NumPy, MuJoCo, pinocchio and JAX.
 
-    python benchmarks/forward_kinematics.py [--samples 1000000]
+    python benchmarks/forward_kinematics.py [--samples 1000000] [--rows FILE]
 
 The 9-DoF arm of [DeBoon]; (samples, joints) in, positions (samples, 3) out, conversion included.
 Those that are not installed are left out. Two rates: by the clock on the wall, and by the processor
@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from rows import Row, add_rows_option, version_of, write_rows
 from selfmotion.arms import load_arm
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.fast_position import positions
@@ -186,7 +187,9 @@ def versions() -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=1_000_000)
-    n = parser.parse_args().samples
+    add_rows_option(parser)
+    args = parser.parse_args()
+    n = args.samples
     print(hardware(), platform.python_version(), versions(), sep="\n")
     arm = load_arm("upper_limb")
     q = arm.random_postures(n, np.random.default_rng(0))
@@ -202,11 +205,13 @@ def main() -> None:
         "MuJoCo": (mujoco_positions, few),
         "pinocchio": (pinocchio_positions, few),
     }
+    absent = []
     for name, (build, samples) in builders.items():
         try:
             run = build(arm)
         except ImportError:
             print(f"  {name} is not installed: left out")
+            absent.append(name)
             continue
         rows[name] = (rates(run, samples, 2 if name == "JAX" else 1), run(few))
     best = rows["positions into out=, 2"][0]
@@ -216,6 +221,22 @@ def main() -> None:
             f"{name:30s} {rate.wall:8.2f} {rate.processor:9.2f}  {rate.wall / best.wall:13.3f}"
             f"  {np.abs(found - true).max():.1e} m"
         )
+    ours_rate = rows["positions into out=, 1"][0].processor
+    packages = {"NumPy": "numpy", "JAX": "jax", "MuJoCo": "mujoco", "pinocchio": "pin"}
+    compared = [
+        Row(
+            "Forward kinematics",
+            f"hand of the 9-DoF arm, {n:,} postures, a core",
+            name,
+            version_of(packages[name]),
+            ours_rate,
+            rows[name][0].processor,
+            "million postures/s",
+        )
+        for name in packages
+        if name in rows
+    ]
+    write_rows(args.rows, compared, absent)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ what a user would see.
 import argparse
 import platform
 import time
+from dataclasses import replace
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 
@@ -27,6 +28,7 @@ from ik_peers import (
     pinocchio_solver,
     scipy_solver,
 )
+from rows import Row, add_rows_option, version_of, write_rows
 from selfmotion.arms import load_arm
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import forward_kinematics
@@ -51,6 +53,16 @@ def missing(arm: Arm, q: np.ndarray, T: np.ndarray, pose: bool) -> np.ndarray:
         missed |= np.linalg.norm(turn, axis=1) > TURNED
     missed |= ((q < arm.lower - WITHIN) | (q > arm.upper + WITHIN)).any(axis=1)
     return missed
+
+
+PACKAGES = {
+    "scipy": "scipy",
+    "mujoco least squares": "mujoco",
+    "pin": "pin",
+    "pink": "pin-pink",
+    "mink": "mink",
+    "optik": "optik-py",
+}
 
 
 def peers(arm: Arm, pose: bool, restarts: int) -> dict[str, One]:
@@ -100,7 +112,24 @@ def run_ours(arm: Arm, T: np.ndarray, starts: np.ndarray, options: IkOptions, po
     return seconds, 1.0 - missing(arm, q, T, pose).mean()
 
 
-def scenario(arm: Arm, pose: bool, n_targets: int, n_peer: int, rng: np.random.Generator) -> None:
+def compared(case: str, ours: tuple[float, float], found: dict[str, tuple[float, float]]):
+    """Give the rows of the peers with restarts, which solve about as many as we do."""
+    rows = []
+    for label, (seconds, solved) in found.items():
+        name, _, kind = label.partition(", ")
+        if kind != "20 restarts":
+            continue
+        note = f"solved: ours {100 * ours[1]:.1f} %, theirs {100 * solved:.1f} %"
+        times = 1e6 * ours[0], 1e6 * seconds
+        peer = f"{name}, 20 restarts"
+        title, release = "Joint-limited inverse kinematics", version_of(PACKAGES[name])
+        rows.append(Row(title, case, peer, release, *times, "µs", note))
+    return rows
+
+
+def scenario(
+    arm: Arm, pose: bool, n_targets: int, n_peer: int, rng: np.random.Generator
+) -> dict[str, list[Row]]:
     T = forward_kinematics(arm.chain, arm.random_postures(n_targets, rng), arm.tip("hand"))
     rest = np.clip(REST, arm.lower, arm.upper)
     kinds = {
@@ -108,6 +137,7 @@ def scenario(arm: Arm, pose: bool, n_targets: int, n_peer: int, rng: np.random.G
         "mid-range": np.tile(arm.middle(), (n_targets, 1)),
         "random": arm.random_postures(n_targets, rng),
     }
+    comparisons = {}
     published = IkOptions(scheme="published", max_iterations=500, position_tolerance=5e-6)
     for kind, starts in kinds.items():
         ours = run_ours(arm, T, starts, IkOptions(), pose)
@@ -128,25 +158,32 @@ def scenario(arm: Arm, pose: bool, n_targets: int, n_peer: int, rng: np.random.G
                 f"  {name:28s} solved {100 * solved:6.2f} %  {1e6 * seconds:9.1f} us a target"
                 f"  {seconds / ours[0]:7.1f} times ours"
             )
+        comparisons[kind] = compared(f"a {'pose' if pose else 'position'}, from {kind}", ours, rows)
+    return comparisons
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--targets", type=int, default=2000)
     parser.add_argument("--peer-targets", type=int, default=200)
+    add_rows_option(parser)
     args = parser.parse_args()
+    found, absent = [], []
     print(hardware(), platform.python_version())
     for name in NAMES:
         try:
             print(f"  {name} {version(name)}")
         except PackageNotFoundError:
             print(f"  {name} is not installed")
+            absent.append(name)
     rng = np.random.default_rng(0)
     free = load_arm("upper_limb")
     for label, arm in (("elbow free", free), ("elbow splinted", free.with_limits(SPLINT))):
         print(f"\n== {label}")
         for pose in (False, True):
-            scenario(arm, pose, args.targets, args.peer_targets, rng)
+            made = scenario(arm, pose, args.targets, args.peer_targets, rng)
+            found += [replace(row, case=f"{row.case}, {label}") for row in made["mid-range"]]
+    write_rows(args.rows, found, absent)
 
 
 if __name__ == "__main__":

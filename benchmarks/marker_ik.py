@@ -27,6 +27,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 import numpy as np
 import opensim as osim  # pyright: ignore[reportMissingImports]
 
+from rows import Row, add_rows_option, write_rows
 from selfmotion.capture.angles import ArmMotion
 from selfmotion.capture.marker_ik import (
     MarkerIkOptions,
@@ -227,6 +228,7 @@ def main() -> None:
     parser.add_argument("--people", type=int, default=8)
     parser.add_argument("--trials", type=int, default=4, help="of each person, spread over theirs")
     parser.add_argument("--accuracy", type=float, default=ACCURACY, help="asked of OpenSim")
+    add_rows_option(parser)
     args = parser.parse_args()
     osim.Logger.setLevelString("off")
     print(platform.processor() or platform.machine(), platform.python_version())
@@ -265,6 +267,31 @@ def main() -> None:
     print(f"{arms} right arms, {len(first)} trials, {sum(p['frames'] for p in first):.0f} frames")
     for name, parts in found.items():
         report(name, parts, base)
+    write_rows(args.rows, compared(found, args.accuracy))
+
+
+def compared(found: dict[str, list[dict[str, float]]], accuracy: float) -> list[Row]:
+    """Give a row for each way to run OpenSim."""
+    speed = {
+        name: sum(p["frames"] for p in parts) / sum(p["seconds"] for p in parts)
+        for name, parts in found.items()
+    }
+    frames = sum(p["frames"] for p in found["selfmotion"])
+    rms = {name: 1e3 * np.median([p["rms"] for p in parts]) for name, parts in found.items()}
+    return [
+        Row(
+            "Marker inverse kinematics",
+            f"9-DoF arm, {frames:.0f} frames, accuracy of OpenSim {accuracy:g}",
+            name,
+            f"opensim {osim.GetVersion().split('-')[0]}",
+            speed["selfmotion"],
+            speed[name],
+            "frames/s",
+            f"landmark error (rms): ours {rms['selfmotion']:.2f} mm, theirs {rms[name]:.2f} mm",
+        )
+        for name in found
+        if name != "selfmotion"
+    ]
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ import mujoco
 import numba
 import numpy as np
 
+from rows import Row, add_rows_option, version_of, write_rows
 from selfmotion.arms.with_muscles import load_musculoskeletal_arm
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.kinematics.srs import SrsRelative
@@ -65,6 +66,22 @@ def turn(angle):
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
+def row_of(name, rows, step):
+    """Give the ratio of one of the slower ways."""
+    peer = {"paper": "the published search", "sweep": f"a sweep of {step:g} deg"}[name]
+    worst = max(rows[name][2]), max(rows["certain"][2])
+    return Row(
+        "Natural posture",
+        f"myoarm, {len(rows[name][0])} random poses",
+        f"{peer}, in this library",
+        version_of("mujoco"),
+        float(np.median(rows["certain"][1])),
+        float(np.median(rows[name][1])),
+        "ms",
+        f"largest relative error of the effort: ours {worst[1]:.0e}, theirs {worst[0]:.0e}",
+    )
+
+
 def main():
     """Run the comparison."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -72,7 +89,9 @@ def main():
     parser.add_argument("--published", type=int, default=3)
     parser.add_argument("--step", type=float, default=0.1, help="degrees of swivel")
     parser.add_argument("--seed", type=int, default=2022)
+    add_rows_option(parser)
     options = parser.parse_args()
+    compared = []
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load", end=" ")
     print(f"{os.getloadavg()[0]:.1f}; Python {platform.python_version()}", end=", ")
     print(f"numpy {np.__version__}, numba {numba.__version__}, mujoco {mujoco.__version__}")
@@ -119,6 +138,7 @@ def main():
         if rows[name][0]:
             ratio = np.median(rows[name][1]) / np.median(rows["certain"][1])
             print(f"certain takes 1/{ratio:.1f} of the processor time of {name}")
+            compared.append(row_of(name, rows, options.step))
     print(
         f"swivel angle off by {np.median(swivel):.3f} deg (median), {max(swivel):.3f} (greatest); "
         f"within 0.2 deg: {100 * np.mean(np.array(swivel) <= 0.2):.1f} %; effort does not "
@@ -130,6 +150,7 @@ def main():
         f"hybrid inverse kinematics: {1e3 * wall / len(found.q):.0f} us a posture "
         f"({1e3 * processor / len(found.q):.0f} us processor), {len(found.q)} postures"
     )
+    write_rows(options.rows, compared)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,8 @@
 Run `python benchmarks/passive_motion.py` (under a minute). The library plans 10,000 wrist
 movements of 100 steps, on all threads that numba may use and on one; LSODA integrates the first
 of them, with the same right-hand side compiled by numba and with it in NumPy. The ratio of the
-times a movement is what counts on a busy machine. Accuracy of both is judged by LSODA at 1e-12.
+times of the processor is what counts on a busy machine. Accuracy of both is judged by LSODA at
+1e-12.
 """
 
 import argparse
@@ -20,6 +21,7 @@ import scipy
 from numba import njit
 from scipy.integrate import odeint
 
+from rows import Row, add_rows_option, version_of, write_rows
 from selfmotion.arms import srs7, wrist
 from selfmotion.methods.donders import fit_elasticity
 from selfmotion.methods.elasticity.posture import donders_postures
@@ -71,13 +73,13 @@ def movements(n):
     return LAW.rest + rng.normal(0.0, 0.1, (n, 3)), goals
 
 
-def best_of(repeats, run):
-    """Shortest of some times (s), and the last answer."""
+def best_of(repeats, run, clock=time.process_time):
+    """Shortest of some times (s) of the processor, all threads together, and the last answer."""
     times, answer = [], None
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = clock()
         answer = run()
-        times.append(time.perf_counter() - start)
+        times.append(clock() - start)
     return min(times), answer
 
 
@@ -96,9 +98,12 @@ def planning(n):
     task, settings = Pointing(wrist()), PlanSettings(spring=SPRING)
     start, goals = movements(n)
     joints = joints_of(LAW)
-    first, _ = best_of(1, lambda: plan(task, LAW, start[:2], goals[:2], settings))
+    first, _ = best_of(
+        1, lambda: plan(task, LAW, start[:2], goals[:2], settings), time.perf_counter
+    )
     compiled_slope(start[0], 0.1, joints, goals[0])
-    ours, planned = best_of(3, lambda: plan(task, LAW, start, goals, settings))
+    wall = time.perf_counter
+    ours, planned = best_of(3, lambda: plan(task, LAW, start, goals, settings), wall)
     threads = numba.get_num_threads()
     numba.set_num_threads(1)
     single, _ = best_of(3, lambda: plan(task, LAW, start, goals, settings))
@@ -111,19 +116,27 @@ def planning(n):
     exact = lsoda(compiled_slope, start[:few], goals[:few], joints, 1e-12)
     print(f"first call (cached code loaded): {first:.2f} s")
     print(f"{n} wrist movements of {N_STEPS} steps: {ours:.3f} s on {threads} threads", end="")
-    print(f", {single:.3f} s on one")
+    print(f" by the clock, {single:.3f} s on one by the processor")
     print(f"{'':34}{'µs a movement':>14}{'ratio':>8}{'error (rad)':>13}")
     assert planned is not None
     error = np.abs(planned.q[:few] - exact).max()
     off = np.abs(found - exact).max()
     rows = (
-        (f"selfmotion, {threads} threads", ours / n, error),
         ("selfmotion, one thread", single / n, error),
         ("LSODA, compiled right-hand side", peer / few, off),
         ("LSODA, NumPy right-hand side", plain / fewer, off),
     )
     for name, seconds, worst in rows:
-        print(f"{name:34}{1e6 * seconds:14.1f}{seconds * n / ours:8.1f}{worst:13.1e}")
+        print(f"{name:34}{1e6 * seconds:14.1f}{seconds * n / single:8.1f}{worst:13.1e}")
+    case = f"{n:,} wrist movements of {N_STEPS} steps, one thread"
+    return [row_of(case, name, single / n, error, row) for name, *row in rows[1:]]
+
+
+def row_of(case, peer, ours, error, theirs):
+    """Give the ratio to LSODA."""
+    note = f"largest error: ours {error:.0e} rad, theirs {theirs[1]:.0e} rad"
+    times = 1e6 * ours, 1e6 * theirs[0]
+    return Row("Planned movements", case, peer, version_of("scipy"), *times, "µs", note)
 
 
 @njit
@@ -142,7 +155,10 @@ def serial_chain(n):
     goals = task.value(start + rng.normal(0.0, 0.1, (n, 7)))
     settings = PlanSettings(spring=30.0)
     plan(task, law, start[:2], goals[:2], settings)
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
     ours, planned = best_of(3, lambda: plan(task, law, start, goals, settings))
+    numba.set_num_threads(threads)
     assert planned is not None
     free = np.arange(7)
     kernel = kernel_law(law, settings, free)
@@ -165,7 +181,10 @@ def serial_chain(n):
     print(f"{n} movements of the 7-DoF arm: {ours:.3f} s")
     print(f"{'selfmotion':34}{1e6 * ours / n:14.1f}{1.0:8.1f}{worst:13.1e}")
     ratio = peer / few * n / ours
-    print(f"{'LSODA, compiled right-hand side':34}{1e6 * peer / few:14.1f}{ratio:8.1f}{off:13.1e}")
+    name = "LSODA, compiled right-hand side"
+    print(f"{name:34}{1e6 * peer / few:14.1f}{ratio:8.1f}{off:13.1e}")
+    case = f"{n:,} movements of a 7-DoF arm, one thread"
+    return [row_of(case, name, ours / n, worst, (peer / few, off))]
 
 
 def donders(n):
@@ -188,12 +207,13 @@ def donders(n):
 def main():
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--movements", type=int, default=10_000)
+    add_rows_option(parser)
     chosen = parser.parse_args()
     print(f"numpy {np.__version__}, scipy {scipy.__version__}, numba {numba.__version__}, ", end="")
     print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    planning(chosen.movements)
-    serial_chain(1000)
+    rows = planning(chosen.movements) + serial_chain(1000)
     donders(2000)
+    write_rows(chosen.rows, rows)
 
 
 if __name__ == "__main__":
