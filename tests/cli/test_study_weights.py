@@ -53,3 +53,5 @@ def test_refusals(folder: Path, capsys: Capture):
     words = ("weights", folder, "--arm", "srs7", "--study")
     assert "cannot be opened" in refused(capsys, *words, folder / "no.toml")
     assert "--out" in refused(capsys, *words, study, "--resume")
+    line = refused(capsys, *words, study, "--out", folder / "out", "--report", folder)
+    assert "a folder stands" in line and not (folder / "out").exists()  # said before the work

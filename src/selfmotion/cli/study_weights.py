@@ -178,6 +178,8 @@ def weigh_study(folders: list[Path], choices: StudyChoices) -> int:
 
     if choices.arm is None:
         raise RangeError("--study: name the arm that moved, as in --arm upper_limb_anatomical")
+    if choices.report is not None and choices.report.is_dir():
+        raise RangeError(f"--report {choices.report}: a folder stands where the file should go")
     study = load_study_file(choices.study)
     plan = StudyPlan(
         tuple(folders), study, choices.arm, choices.method, choices.batch.out, choices.seed
