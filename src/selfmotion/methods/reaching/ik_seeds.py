@@ -72,9 +72,7 @@ def seed_table(task: HandRows, *, n_seeds: int = 4096, stretch: float = 1.0) -> 
     if n_seeds < 16:
         raise RangeError(f"n_seeds = {n_seeds}: allowed is 16 and above")
     arm = task.arm
-    low, high = finite_limits(arm)
-    middle = 0.5 * (low + high)
-    q = np.clip(middle + stretch * (evenly(n_seeds, low, high) - middle), low, high)
+    q = at_ends(n_seeds, *finite_limits(arm), stretch=stretch)
     T = forward_kinematics(arm.chain, q, arm.tip(task.landmark))
     position = np.ascontiguousarray(T[:, :3, 3])
     held = list(task.axes)
@@ -108,6 +106,18 @@ def evenly(n_points: int, low: np.ndarray, high: np.ndarray) -> Float[np.ndarray
     Each further point falls into the largest gap that the points before it have left, nearly.
     """
     return low + (high - low) * ((0.5 + golden_steps(len(low)) * _count(n_points)) % 1.0)
+
+
+def at_ends(
+    n_points: int, low: np.ndarray, high: np.ndarray, *, stretch: float = TO_THE_ENDS
+) -> Float[np.ndarray, "points dims"]:
+    """Give points spread evenly over a box `stretch` times as wide, moved inside this one.
+
+    Above 1 many lie on sides, edges and corners, where the nearest posture to a target out of
+    reach mostly is.
+    """
+    middle = 0.5 * (low + high)
+    return np.clip(middle + stretch * (evenly(n_points, low, high) - middle), low, high)
 
 
 def golden_steps(n_dimensions: int) -> Float[np.ndarray, " dims"]:

@@ -15,8 +15,15 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, freeze, require_finite, require_shape
 from selfmotion.errors import RangeError
+from selfmotion.kinematics.fast_position import positions
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
-from selfmotion.methods.reaching.ik_seeds import SeedTable, evenly, seed_table
+from selfmotion.methods.reaching.ik_seeds import (
+    SeedTable,
+    at_ends,
+    evenly,
+    finite_limits,
+    seed_table,
+)
 from selfmotion.methods.reaching.ik_tasks import ROWS, HandRows
 
 if TYPE_CHECKING:
@@ -25,12 +32,14 @@ if TYPE_CHECKING:
 # A ball is smaller than the distance found by this (m) and by this part: inverse kinematics may
 # stop a little short of the nearest posture. Nor does a ball come nearer than this to any position
 # that is known to be reached.
-MARGIN, MARGIN_PART = 2e-3, 0.02
+MARGIN, MARGIN_PART = 2e-3, 0.05
 # Balls looked at for a point: the nearest ones.
 BALLS = 8
+# Postures whose positions are known to be reached, most of them at the ends of ranges.
+KNOWN = 32768
 # A point counts as reached when the hand comes as near as this (m); so many starts are tried, and
 # twice as many from postures at the ends of ranges.
-REACHED, STARTS = 1e-5, 6
+REACHED, STARTS = 1e-5, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +89,10 @@ class ReachScreen:
     def _known(self) -> "KDTree":
         from scipy.spatial import KDTree
 
-        return KDTree(np.concatenate([self.seeds.positions, self.seeds.at_ends.positions]))
+        arm = self.task.arm
+        q = at_ends(KNOWN, *finite_limits(arm))
+        reached = positions(arm.chain, q, arm.tip(self.task.landmark))
+        return KDTree(np.concatenate([self.seeds.positions, reached]))
 
     def refuses(self, points: ArrayLike) -> Bool[np.ndarray, " points"]:
         """Tell which points (K, 3) are certainly out of reach: outside the box or in a ball."""
