@@ -105,6 +105,8 @@ HARD = {
     "hanging arm, nearly straight elbow": (116.15, 5.2, -61.16, 7.51, -11.42, 3.47, 33.31),
     "hanging arm, singular shoulder": (74.47, 0.46, -76.13, 8.09, 20.25, 9.26, 28.06),
     "raised arm, singular shoulder": (-46.29, 178.94, 102.23, 8.86, 0.2, -4.03, 29.44),
+    "out of reach of the relative": (96.15, 134.44, 110.23, 4.52, 69.22, 9.13, 32.1),
+    "singular shoulder, straight elbow": (129.97, 180.0, -80.12, 6.28, 77.8, 11.59, -37.08),
     "singular shoulder, bent elbow": (127.66, 179.56, -88.1, 62.71, -28.72, 15.69, 13.5),
     "a loop of which little is outside": (31.9, 164.76, 29.46, 0.22, 67.45, 17.14, 29.99),
     "a loop entered at its seam": (-70.1, 0.84, 105.24, 0.01, 40.93, -8.26, 22.17),

@@ -33,6 +33,10 @@ _CHOICE = StartChoice()
 # Elevations of the girdle, ends of the range included, for whose shoulder centre starts are
 # computed: with a centre some mm off, those for a nearly straight arm lead to other curves.
 N_ELEVATIONS = 9
+# Where the wrist is at this share of the relative's length, starts with a shoulder centre this
+# much (m) nearer to it are added: a nearly straight elbow of the arm may be out of reach of the
+# relative by a few mm.
+_STRAIGHT, _NEARER = (0.98, 1.04), 6e-3
 # How far inside the limits (rad) a second try starts.
 _INSET = 0.3
 # With fewer starts than this, more are taken from all over the box of limits.
@@ -174,6 +178,15 @@ class ManifoldFinder:
         limits = np.vstack([self.arm.lower, self.arm.upper])
         arrays = self.relative.arrays
         q, score = srs_starts(arrays, self.centres, self.elevations, goal, limits, _CHOICE)
+        towards = goal[:3, 3] + goal[:3, :3] @ arrays.wrist_in_hand - self.centres
+        far = np.linalg.norm(towards, axis=1)
+        share = far / (np.linalg.norm(arrays.upper_arm) + np.linalg.norm(arrays.forearm))
+        straight = (share > _STRAIGHT[0]) & (share < _STRAIGHT[1])
+        if straight.any():
+            nearer = self.centres + _NEARER * towards / far[:, None]
+            some, elevations = nearer[straight], self.elevations[straight]
+            more = srs_starts(arrays, some, elevations, goal, limits, _CHOICE)
+            q, score = np.vstack([q, more[0]]), np.concatenate([score, more[1]])
         good = score < _CHOICE.margin
         if good.sum() >= _ENOUGH:
             return q[good]
