@@ -163,3 +163,18 @@ def test_wrong_words_are_refused_in_one_line(words, said, capsys, monkeypatch):
     assert main(words) == 2
     printed = capsys.readouterr()
     assert printed.err.count("\n") == 1 and said in printed.err
+
+
+def test_split_says_what_it_takes_for_repetitions(tmp_path, capsys):
+    rng = np.random.default_rng(2)
+    for trial in (1, 2):
+        rows = [",".join(["time", "shoulder_elevation", "shoulder_rotation"])]
+        rows[0] += ",shoulder_flexion,elbow_flexion"
+        path = 0.5 + np.linspace(0.0, 0.5, 40)[:, None] * rng.uniform(0.5, 1.0, 4)
+        rows += [f"{0.02 * k}," + ",".join(map(str, q)) for k, q in enumerate(path.tolist())]
+        (tmp_path / f"{trial}.csv").write_text("\n".join(rows) + "\n")
+    words = ["split", str(tmp_path), "--arm", "exoskeleton", "--weights", "equal"]
+    assert main(words) == 0
+    told = capsys.readouterr().out
+    assert "2 repetitions" in told
+    assert "the files name no condition or target" in told

@@ -19,7 +19,7 @@ def test_a_selection_that_leaves_nothing_out_is_told_once() -> None:
     fewer = [spread("all", 10), spread("elbow off the line", 9, between_deg=np.nan)]
     found = swivel_frame(pd.DataFrame(fewer))
     assert found["which"].tolist() == ["all", "elbow off the line"]
-    assert found["between"].tolist() == ["1.00 (1.00 to 1.00)", "–"]
+    assert found["between"].tolist() == ["1.0\u00a0(1.0\u00a0to\u00a01.0)", "–"]
     assert found["moment"].tolist() == ["mid drink"] * 2
 
 
@@ -40,6 +40,6 @@ def test_comparisons_without_a_test_share_their_reason() -> None:
     ]
     assert comparison_lines(pd.DataFrame(rows)) == [
         "right: a against b (joints): T²",
-        "no test: left: a against b (joints); left: a against c (joints)",
+        "no test. So in: left: a against b (joints); left: a against c (joints)",
     ]
     assert comparison_lines(pd.DataFrame()) == []

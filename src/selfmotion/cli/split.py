@@ -342,6 +342,10 @@ def as_text(document: SplitDocument) -> str:
             + ("unknown" if m.mean_synergy_z is None else f"{m.mean_synergy_z:.2f}")
             + " (mean over the movement; above 0: variance is kept where the hand does not feel it)"
         )
+        if m.condition is None and m.target is None:
+            lines.append(
+                "  taken for repetitions of one movement: the files name no condition or target"
+            )
     return "\n".join(lines)
 
 

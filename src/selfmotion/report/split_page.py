@@ -81,6 +81,8 @@ def manifold_section(variances: Mapping[Key, ManifoldVariance]) -> Section:
             "Variance along the uncontrolled manifold leaves the hand where it is; variance "
             "across it moves the hand. More along than across (ΔV above 0) is called a synergy "
             "that stabilises the hand.",
+            "Recordings of one person, side, condition and target are taken for repetitions, also "
+            "where the files name none of these.",
         ),
         pictures=(
             Picture(

@@ -22,7 +22,6 @@ TRIAL_COLUMNS = (
     "side",
     "condition",
     "trial",
-    "status",
     "movement_s",
     "rms_landmark_mm",
     "elbow_disagreement_mm",
@@ -202,7 +201,8 @@ def swivel_sections(run: StudyRun, pictures: Mapping[str, Picture]) -> list[Sect
                 Table(
                     swivel_frame(run.summary.swivel),
                     "In degrees. Within: standard deviation over a person's repeats, pooled; "
-                    "between: that of the people's means; in brackets: 95 % intervals. Which: all "
+                    "between: that of the people's means; in brackets: "
+                    "95 % intervals. Which: all "
                     f"movements, and where these are fewer, those with the elbow at least {near} "
                     "off the line from shoulder to wrist, near which the angle hardly exists.",
                 ),
@@ -215,7 +215,8 @@ def files_section(run: StudyRun) -> Section:
     """List the files with their quality."""
     failed = run.trials.loc[~run.trials["ok"].astype(bool)]
     columns = [name for name in TRIAL_COLUMNS if name in run.trials.columns]
-    whole = Table(run.trials.loc[:, columns], "One row a file; share_at_limit: of its frames.")
+    used = run.trials.loc[run.trials["ok"].astype(bool), columns]
+    whole = Table(used, "One row a file that was used; share_at_limit: of its frames.")
     tables = (whole,)
     if len(run.summary.quality):
         over = "Median, 5th and 95th percentile over all files (mm; share_at_limit: of frames)."

@@ -62,10 +62,9 @@ def swivel_frame(swivel: pd.DataFrame) -> pd.DataFrame:
                 "moment": words(row["moment"]),
                 "which": row["selection"],
                 "people": row["people"],
-                "movements": row["movements"],
+                "trials": row["movements"],
                 "mean": row["mean_deg"],
                 "within": _interval(row, "within"),
-                "median within": row["within_median_deg"],
                 "between": _interval(row, "between"),
             }
         )
@@ -79,7 +78,8 @@ def _interval(row: Mapping[Any, Any], name: str) -> str:
         return "–"
     if low != low:
         return format_number(value)
-    return f"{format_number(value)} ({format_number(low)} to {format_number(high)})"
+    value, low, high = (format_number(v, 2) for v in (value, low, high))
+    return f"{value} ({low} to {high})".replace(" ", "\u00a0")
 
 
 def _found(estimate: WeightEstimate | None) -> str:
@@ -88,4 +88,5 @@ def _found(estimate: WeightEstimate | None) -> str:
         return "–"
     most = max(map(len, estimate.groups), default=0)
     text = f"{most} of {len(estimate.joints)}" if most else "none"
-    return text if estimate.status.ok else f"{text}; not converged"
+    lost = estimate.status.sentence.startswith("not converged")
+    return f"{text}; not converged" if lost else text

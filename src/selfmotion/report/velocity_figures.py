@@ -101,7 +101,7 @@ def null_velocity_figure(speeds: NullSpeeds, conditions: Sequence[str]) -> Figur
 
 @themed
 def split_figure(bands: SplitBands) -> Figure:
-    """Draw task and null-space velocity of each joint, identified W in colour, W = I grey.
+    """Draw task and null-space velocity of each joint, with weights in colour, W = I grey.
 
     Args:
         bands: from `velocity_profiles.split_bands`.
@@ -115,7 +115,7 @@ def split_figure(bands: SplitBands) -> Figure:
             zero_line(ax)
             _band(ax, identity, part, j, _Look(BASELINE, "--", "W = I"))
             if identified is not None:
-                label = f"{part.replace('null', 'null-space')} velocity, identified W"
+                label = f"{part.replace('null', 'null-space')} velocity, these weights"
                 _band(ax, identified, part, j, _Look(colour, "-", label))
         axes[j, 0].set_ylabel(f"{words(joint).replace(' ', chr(10), 1)}\n{UNIT}")
         _widen(axes[j, 0])

@@ -117,7 +117,7 @@ def comparison_lines(tests: pd.DataFrame) -> list[str]:
     Example:
         >>> rows = [{"comparison": c, "level": "joints", "sentence": "no test"} for c in "ab"]
         >>> comparison_lines(pd.DataFrame(rows))
-        ['no test: a (joints); b (joints)']
+        ['no test. So in: a (joints); b (joints)']
     """
     lines: list[str] = []
     without: dict[str, list[str]] = {}
@@ -127,7 +127,7 @@ def comparison_lines(tests: pd.DataFrame) -> list[str]:
             lines.append(f"{name}: {row['sentence']}")
         else:
             without.setdefault(row["sentence"], []).append(name)
-    return lines + [f"{why}: {'; '.join(names)}" for why, names in without.items()]
+    return lines + [f"{why}. So in: {'; '.join(names)}" for why, names in without.items()]
 
 
 def segment_of(joint: str) -> str:
