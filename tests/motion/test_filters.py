@@ -205,3 +205,13 @@ def test_normalise_time_resamples_every_array():
     out = normalise_time(rec, 11)
     assert out.n_samples == 11 and out.array("jacobian").shape == (11, 1, 2)
     np.testing.assert_allclose(out.array("qd")[:, 1], -np.linspace(0, 2, 11), atol=1e-12)
+
+
+def test_holes_in_time_are_refused_where_a_filter_would_smear_across_them():
+    t = np.concatenate([np.arange(50), np.arange(90, 150)]) / 100.0
+    with pytest.raises(RangeError, match="steps by 0.41 s after 0.49 s"):
+        with_velocities(Recording(t, q=t[:, None]), cutoff=6.0)
+    unfiltered = with_velocities(Recording(t, q=t[:, None]))
+    np.testing.assert_allclose(unfiltered.array("qd"), 1.0, atol=1e-9)
+    rounded = np.round(np.arange(100) / 480.0, 3)  # steps of 2 and 3 ms
+    with_velocities(Recording(rounded, q=rounded[:, None]), cutoff=6.0)

@@ -28,6 +28,7 @@ from selfmotion.errors import NotFiniteError, RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.chain import GROUND
 from selfmotion.kinematics.mirror import mirror
+from selfmotion.motion.checks import require_even_steps
 from selfmotion.motion.filters import fill_gaps, low_pass
 from selfmotion.motion.labels import Frame
 from selfmotion.motion.markers import MarkerSet
@@ -199,6 +200,7 @@ def prepare(markers: MarkerSet, protocol: Protocol, options: CaptureOptions) -> 
             flat, _ = fill_gaps(flat, part.time, max_gap=options.max_gap)
         rate = part.rate
         if options.cutoff is not None and rate is not None:
+            require_even_steps(part.name, part.time)
             flat = low_pass(flat, rate, options.cutoff)
         positions = flat.reshape(positions.shape)
     return replace(part, positions=positions)

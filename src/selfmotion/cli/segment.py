@@ -214,12 +214,14 @@ def _of_marker(
     import numpy as np
 
     from selfmotion.cli.recordings import load_marker_file
+    from selfmotion.motion.checks import require_even_steps
     from selfmotion.motion.filters import differentiate, fill_gaps, low_pass
 
     stated, keep = how
     seen = load_marker_file(path, stated)
     points, _ = fill_gaps(seen.point(marker), seen.time, max_gap=0.2)
     if seen.rate is not None:  # raw markers: noise at the ends would look like motion
+        require_even_steps(seen.name, seen.time)
         points = low_pass(points, seen.rate, MARKER_CUTOFF if cutoff is None else cutoff)
     speed = np.linalg.norm(differentiate(points, seen.time, points=3), axis=1)
     columns = {"speed_m_s": speed}

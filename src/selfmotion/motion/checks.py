@@ -12,6 +12,9 @@ LARGEST = 1e50
 # Largest |xd - J qd| relative to |xd| at which both can belong to one movement. Measured
 # velocities differ from J qd by a few per cent; a wrong unit, sign or column by 30 % and more.
 CONSISTENCY = 0.1
+# A step of time this many times the median step is a hole in the recording: times that were rounded
+# or jitter stay below.
+HOLE = 2.5
 
 
 def check_time(time: np.ndarray) -> None:
@@ -25,6 +28,29 @@ def check_time(time: np.ndarray) -> None:
         at = int(backward[0]) + 1
         raise RangeError(
             f"time[{at}] = {time[at]:g} after {time[at - 1]:g}: time must increase strictly"
+        )
+
+
+def require_even_steps(name: str, time: np.ndarray) -> None:
+    """Refuse times with a hole, across which a filter made for one rate would smear.
+
+    Example:
+        >>> require_even_steps("reach", np.array([0.0, 0.01, 0.02, 0.40, 0.41]))
+        Traceback (most recent call last):
+        ...
+        selfmotion.errors.RangeError: reach: time steps by 0.38 s after 0.02 s, elsewhere by 0.01 \
+s: samples are missing, so that no low-pass can be made for its rate; put them in as gaps, or cut \
+the recording there
+    """
+    steps = np.diff(time)
+    if not steps.size:
+        return
+    usual, at = float(np.median(steps)), int(np.argmax(steps))
+    if steps[at] > HOLE * usual:
+        raise RangeError(
+            f"{name}: time steps by {steps[at]:.4g} s after {time[at]:.6g} s, elsewhere by "
+            f"{usual:.4g} s: samples are missing, so that no low-pass can be made for its rate; "
+            "put them in as gaps, or cut the recording there"
         )
 
 

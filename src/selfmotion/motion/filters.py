@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import as_float_array, require_shape
 from selfmotion.errors import RangeError, ShapeError
-from selfmotion.motion.checks import check_time, refuse_infinite
+from selfmotion.motion.checks import check_time, refuse_infinite, require_even_steps
 from selfmotion.motion.recording import Recording
 
 # The ends are continued by point reflection over this many periods of the cutoff, after which
@@ -249,7 +249,8 @@ def with_velocities(recording: Recording, *, cutoff: float | None = None) -> Rec
     positions and velocities belong together.
 
     Raises:
-        RangeError: the recording has no seconds, or one sample.
+        RangeError: the recording has no seconds, or one sample, or a hole that a low-pass would
+            smear across.
 
     Example:
         >>> t = np.linspace(0, 1, 101)
@@ -266,6 +267,7 @@ def with_velocities(recording: Recording, *, cutoff: float | None = None) -> Rec
             continue
         values = recording.array(position)
         if cutoff is not None:
+            require_even_steps(recording.name, recording.time)
             values = changes[position] = low_pass(values, rate, cutoff)
         changes[velocity] = differentiate(values, recording.time)
     return replace(recording, **changes)
