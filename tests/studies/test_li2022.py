@@ -72,6 +72,9 @@ def test_pictures_of_a_posture_are_drawn(model, found):
     assert len(coordinates.axes[0].lines) >= 7
     muscles = muscles_figure(model, found.example.q, found.example.activations)
     assert len(muscles.axes[0].collections[0].get_paths()) == 63
+    # A metre is as long in both views.
+    spans = [np.ptp(limits) for ax in muscles.axes[:2] for limits in (ax.get_xlim(), ax.get_ylim())]
+    assert np.allclose(spans, spans[0])
     for figure in (effort, coordinates, muscles):
         figure.canvas.draw()  # pyright: ignore[reportAttributeAccessIssue]
 

@@ -117,4 +117,4 @@ def document_of(
 
 def as_text(document: ViewDocument) -> str:
     """Write it as a person reads it."""
-    return "\n".join([document.status, *(f"written: {name}" for name in document.files)])
+    return "\n".join([document.status, *(f"wrote {name}" for name in document.files)])

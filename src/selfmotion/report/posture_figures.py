@@ -115,7 +115,7 @@ def muscles_figure(model: MusculoskeletalArm, q: np.ndarray, activations: np.nda
         q: (7,) posture (rad).
         activations: (M,) by muscle.
     """
-    figure, axes = new_figure(1, 2, size=(6.8, 4.2), share_y="row")
+    figure, axes = new_figure(1, 2, size=(6.8, 3.6))
     arm = model.arm
     right = np.cross(arm.forward, arm.up)
     paths = model.geometry.paths(q)
@@ -127,9 +127,20 @@ def muscles_figure(model: MusculoskeletalArm, q: np.ndarray, activations: np.nda
     for ax, (title, across, towards) in zip(axes[0], views, strict=True):
         _view(ax, (across, arm.up, towards), bones, paths, activations, norm)
         ax.set_title(title)
+    _same_scale(list(axes[0]))
     bar = figure.colorbar(ScalarMappable(norm, ACTIVATION), ax=list(axes[0]), shrink=0.7)
     bar.set_label("activation (no unit)")
     return figure
+
+
+def _same_scale(views: list[Axes]) -> None:
+    """Let a metre be as long in every view: square frames of one span."""
+    limits = [(ax.get_xlim(), ax.get_ylim()) for ax in views]
+    half = max(high - low for pair in limits for low, high in pair) / 2.0
+    for ax, ((left, right), (low, high)) in zip(views, limits, strict=True):
+        across, up = (left + right) / 2.0, (low + high) / 2.0
+        ax.set_xlim(across - half, across + half)
+        ax.set_ylim(up - half, up + half)
 
 
 def _view(
