@@ -298,8 +298,8 @@ def as_text(document: PlanDocument) -> str:
         shares = "".join(_cell(value) for value in (m.a_right, m.a_left, m.a_net))
         lines.append(f"{name:16} {_cell(m.end_error)}{shares}  {m.status}")
     if document.hysteresis:
-        pairs = (f"{name}{_cell(value)}" for name, value in document.hysteresis.items())
-        lines.append("hysteresis: " + ",".join(pairs))
+        pairs = (f"{name} {_cell(value).strip()}" for name, value in document.hysteresis.items())
+        lines.append("hysteresis: " + ", ".join(pairs))
     return "\n".join(lines)
 
 
