@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from selfmotion.methods.workspace import WorkspaceOptions
-from selfmotion.report.workspace_figures import arcs_figure, slices_figure
+from selfmotion.report.workspace_figures import (
+    DEVICE_JOINTS,
+    arc_joints_figure,
+    arcs_figure,
+    slices_figure,
+)
 from selfmotion.studies.deboon import RADII, StudySize, deboon_study
 
 
@@ -43,3 +48,5 @@ def test_the_splint_shortens_every_circle(study):
 def test_pictures_are_drawn(study):
     assert len(slices_figure(study.workspace).axes) >= 2
     assert len(arcs_figure(study.devices[1]).axes) == 4
+    joints = arc_joints_figure(study.devices[0]).axes
+    assert len(joints) == 2 * len(DEVICE_JOINTS) and all(ax.lines for ax in joints)

@@ -4,9 +4,10 @@ import pandas as pd
 
 from selfmotion.provenance import Provenance
 from selfmotion.report.html import Footer, Page, Picture, Section, Table
-from selfmotion.report.workspace_figures import arcs_figure, slices_figure
+from selfmotion.report.workspace_figures import arc_joints_figure, arcs_figure, slices_figure
 from selfmotion.studies.deboon import DeBoonStudy, DeviceResult
 
+FIGURES = {2: 11, 3: 13}
 PLANES = {"yz": "sagittal", "xz": "coronal"}
 
 
@@ -69,8 +70,8 @@ def missing_section() -> Section:
             "The cut-outs of head, torso and legs have no printed sizes: `selfmotion workspace "
             "--body standing` cuts them out with shapes of our own.",
             "Figs 11 and 13: the self-motion on the circles is so wide that a joint's curve "
-            "depends on the cost chosen; the elbow is drawn, as the joint that the distance to "
-            "the device fixes most.",
+            "depends on the cost chosen; only the elbow's, which the distance to the device fixes "
+            "most, says more than that.",
             "The upper limits of the three wrist joints are lost in the text at hand, and so is "
             "where the sternal notch lies in the model's axes; the first are assumed, the second "
             "is a parameter of the study, taken as zero.",
@@ -89,6 +90,13 @@ def device_section(result: DeviceResult) -> Section:
                 "Above: the arcs of each circle that the palm can follow; dotted: the circles. "
                 "Below: the elbow along them.",
                 f"Feasible arcs of scenario {scenario.number} with the elbow free and splinted",
+            ),
+            Picture(
+                arc_joints_figure(result),
+                f"The joints of fig. {FIGURES[scenario.number]}, by our computation: least motion "
+                "from sample to sample. The wrist's angles are those of the printed model, whose "
+                "deviation turns about the forearm and whose pronation about the hand.",
+                f"Elbow and wrist along the arcs of scenario {scenario.number}",
             ),
         ),
         tables=(Table(result.to_frame(), "One row an arc."),),

@@ -13,6 +13,8 @@ from selfmotion.studies.deboon import DeviceResult
 
 KEPT, LOST = TASK, NULL
 COLUMNS = 4
+# Joints drawn along a device's circle, those of [DeBoon] figs 11 and 13.
+DEVICE_JOINTS = ("elbow_flexion", "wrist_deviation", "wrist_flexion", "wrist_pronation")
 
 
 @themed
@@ -74,6 +76,31 @@ def arcs_figure(result: DeviceResult) -> Figure:
         axes[1, column].set_xlabel("angle on the circle (degrees)")
     axes[0, 0].set_ylabel("z, up (m)")
     axes[1, 0].set_ylabel("elbow flexion (degrees)")
+    legend_below(figure, axes[0, 0], columns=3)
+    return figure
+
+
+@themed
+def arc_joints_figure(result: DeviceResult) -> Figure:
+    """Draw elbow and wrist along the arcs ([DeBoon] figs 11 and 13, the computed curves)."""
+    elbows = list(dict.fromkeys(elbow for elbow, _ in result.arcs))
+    figure, axes = new_figure(
+        len(DEVICE_JOINTS), len(elbows), size=(7.2, 8.4), share_x=True, share_y="row"
+    )
+    for column, elbow in enumerate(elbows):
+        arcs = [(radius, a) for (name, radius), a in result.arcs.items() if name == elbow]
+        for row, joint in enumerate(DEVICE_JOINTS):
+            ax = axes[row, column]
+            for shade, (radius, parts) in zip((0.45, 0.7, 1.0), arcs, strict=False):
+                for i, arc in enumerate(parts):
+                    q = arc.path.q[:, arc.path.task.arm.chain.index(joint)]
+                    label = f"r = {1e3 * radius:.0f} mm" if i == 0 else None
+                    style = {"color": KEPT, "alpha": shade, "lw": 1.0 + 1.6 * shade}
+                    ax.plot(np.rad2deg(arc.path.time), np.rad2deg(q), label=label, **style)
+            if column == 0:
+                ax.set_ylabel(f"{joint.replace('_', ' ')}\n(degrees)")
+        axes[0, column].set_title(f"elbow {elbow}")
+        axes[-1, column].set_xlabel("angle on the circle (degrees)")
     legend_below(figure, axes[0, 0], columns=3)
     return figure
 
