@@ -181,8 +181,21 @@ class EffortPotential:
         return ((values[:, 0] - values[:, 1]) / (2.0 * self.step)).T
 
     def hessian(self, q: JointSamples) -> Hessians:
-        """Give the second derivative by differences of differences."""
-        return differentiate_gradient(self.gradient, q, step=max(self.step, 1e-3))
+        """Give the second derivative by differences, of all postures in one call."""
+        n, h = q.shape[1], max(self.step, 1e-3)
+        rows, columns = np.triu_indices(n)
+        one = h * np.eye(n)
+        two = one[rows] + one[columns]
+        # f(+i+j) - f(+i) - f(+j) + f, and the same with all signs turned: second order in h.
+        moves = np.concatenate([np.zeros((1, n)), one, -one, two, -two])
+        values = self.energy((q[:, None] + moves).reshape(-1, n)).reshape(len(q), -1)
+        middle, ahead, back = values[:, :1], values[:, 1 : n + 1], values[:, n + 1 : 2 * n + 1]
+        both, neither = np.split(values[:, 2 * n + 1 :], 2, axis=1)
+        single = ahead[:, rows] + ahead[:, columns] + back[:, rows] + back[:, columns]
+        H = np.empty((len(q), n, n))
+        H[:, rows, columns] = (both + neither - single + 2.0 * middle) / (2.0 * h * h)
+        H[:, columns, rows] = H[:, rows, columns]
+        return H
 
 
 def differentiate_gradient(

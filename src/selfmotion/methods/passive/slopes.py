@@ -115,19 +115,30 @@ class PassiveSlopes:
 
     def __call__(self, t: float, free: np.ndarray) -> Slope:
         """Give velocity and approximate Jacobian of the free joints at time t."""
+        velocity, turning = self._moving(t, free)
+        J, through, inverse, Winv, stiffness = turning
+        vq = Winv @ self._bending(self.full(free))
+        kept = vq - through @ inverse @ (J @ vq) if self.blocked else vq
+        return Slope(velocity, -through @ stiffness @ J - kept)
+
+    def velocity(self, t: float, free: np.ndarray) -> np.ndarray:
+        """Give the velocity of the free joints at time t."""
+        return self._moving(t, free)[0]
+
+    def _moving(self, t: float, free: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+        """Give the velocity, and what its Jacobian is made of."""
         q = self.full(free)
         J = self.task.jacobian(q)[:, :, self.free]
         Winv = self.admittance(self.law, self.settings, q, self.free)
         through = Winv @ np.swapaxes(J, 1, 2)  # M
         inverse = self._task_damping(J @ through)  # B
-        v, vq = self._relaxation(q, Winv)
+        v = self._relaxation(q, Winv)
         force, stiffness, pushed = self._force(t, q)
         if self.blocked and self.potentials:
             pushed = pushed + np.einsum("bai,bi->ba", J, v)
         force = force + np.einsum("bac,bc->ba", inverse, pushed)
         velocity = np.einsum("bia,ba->bi", through, force) - v
-        kept = vq - through @ inverse @ (J @ vq) if self.blocked else vq
-        return Slope(velocity, -through @ stiffness @ J - kept)
+        return velocity, (J, through, inverse, Winv, stiffness)
 
     def samples(self, free: np.ndarray) -> tuple[np.ndarray, ...]:
         """Give q, q̇, x, ẋ at the times of output, and when each movement lost rank (or NaN)."""
@@ -141,7 +152,7 @@ class PassiveSlopes:
                 break
             q[:, k] = self.full(free[:, k])
             qd[:, k] = 0.0
-            qd[:, k, self.free] = self(float(t), free[:, k]).velocity
+            qd[:, k, self.free] = self.velocity(float(t), free[:, k])
             x[:, k] = self.task.value(q[:, k])
             xd[:, k] = np.einsum("bai,bi->ba", self.task.jacobian(q[:, k]), qd[:, k])
             lost[self.rank_lost & np.isnan(lost)] = t
@@ -155,14 +166,20 @@ class PassiveSlopes:
         gain = np.where(kept, 1.0 / np.where(kept, values, 1.0), 0.0)
         return (vectors * gain[:, None, :]) @ np.swapaxes(vectors, 1, 2)
 
-    def _relaxation(self, q: np.ndarray, Winv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Give W⁻¹ times the gradient of the potentials, and times their second derivative."""
-        n_free = len(self.free)
-        g, H = np.zeros((len(q), n_free)), np.zeros((len(q), n_free, n_free))
+    def _relaxation(self, q: np.ndarray, Winv: np.ndarray) -> np.ndarray:
+        """Give W⁻¹ times the gradient of the potentials."""
+        g = np.zeros((len(q), len(self.free)))
         for potential in self.potentials:
             g = g + potential.gradient(q)[:, self.free]
+        return np.einsum("bij,bj->bi", np.broadcast_to(Winv, (*g.shape, g.shape[1])), g)
+
+    def _bending(self, q: np.ndarray) -> np.ndarray:
+        """Give the second derivative of the potentials for the free joints."""
+        n_free = len(self.free)
+        H = np.zeros((len(q), n_free, n_free))
+        for potential in self.potentials:
             H = H + potential.hessian(q)[:, self.free[:, None], self.free]
-        return np.einsum("bij,bj->bi", np.broadcast_to(Winv, H.shape), g), Winv @ H
+        return H
 
     def _force(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Give the force on the hand, its stiffness, and the velocity that is to be followed."""
