@@ -63,6 +63,26 @@ def test_a_target_out_of_reach_says_so(tmp_path: Path, capsys: Capture) -> None:
     assert "out of reach" in found["movements"][1]["status"]
 
 
+def test_a_target_out_of_this_world_is_one_line(tmp_path: Path, capsys: Capture) -> None:
+    targets = written(tmp_path / "t.csv", "x,y\n1e300,0\n")
+    assert "1e+300: allowed is up to" in refused(capsys, "plan", "--targets", targets)
+
+
+def test_a_target_at_the_edge_of_the_reach_is_planned(tmp_path: Path, capsys: Capture) -> None:
+    """There the Jacobian loses rank, and so did the search for the nearest place."""
+    targets = written(tmp_path / "t.csv", "x,y\n1,0\n")
+    (there,) = answered(capsys, "plan", "--targets", targets)["movements"]
+    assert there["status"] == "done"
+    assert 0.0 < there["end_error"] < 1.0
+
+
+def test_an_integration_that_stops_says_what_to_look_at(tmp_path: Path, capsys: Capture) -> None:
+    targets = written(tmp_path / "t.csv", "x,y\n0.1,0.1\n")
+    words = ("plan", "--targets", targets, "--spring", "1e300")
+    (there,) = answered(capsys, *words, code=1)["movements"]
+    assert "too soft beside the others, or the spring too stiff" in there["status"]
+
+
 def test_a_report_is_written(tmp_path: Path, capsys: Capture) -> None:
     file = tmp_path / "plan.html"
     answered(capsys, *CENTER_OUT, "--report", file)
@@ -81,6 +101,7 @@ def test_a_report_is_written(tmp_path: Path, capsys: Capture) -> None:
         ("stiffness = [1, 1]\nrest = [0, 0]\n", "rest has 2 joints, wrist has 3"),
         ("stiffness = [1, 1, 1]\nrest = [0, 0, 0]\ndamping_time = 0\n", "damping_time = 0"),
         ("stiffness = [1, 1, 1]\nrest = [0, 0, 0]\nspring = 2\n", "unknown field 'spring'"),
+        ("stiffness = [1, 1, 1]\nrest = [30, 0, 0]\n", "rest[0] = 30 rad: allowed is up to one"),
     ],
 )
 def test_a_bad_law_is_one_line(tmp_path: Path, capsys: Capture, law: str, reason: str) -> None:
@@ -113,7 +134,9 @@ def test_bad_targets_are_one_line(tmp_path: Path, capsys: Capture, text: str, re
         ((*CENTER_OUT, "--spring", "-1"), "--spring '-1': allowed are from-damping or a number"),
         ((*CENTER_OUT, "--duration", "0"), "duration = 0 s: must be above 0"),
         ((*CENTER_OUT, "--lock", "elbow"), "elbow"),
-        ((*CENTER_OUT, "--start", "1,2"), "--start '1,2': allowed are 3 angles in degrees"),
+        ((*CENTER_OUT, "--start", "1,2"), "--start '1,2': allowed are 3 angles from -360"),
+        ((*CENTER_OUT, "--start", "1e9,0,0"), "angles from -360 to 360 degrees"),
+        ((*CENTER_OUT, "--steps", "100000000"), "n_steps = 100000000: allowed are 1 to"),
         ((*CENTER_OUT, "--weights", "1,0,1"), "weight"),
         (("plan", "--arm", "planar", "--center-out"), "--law: planar needs a FILE.toml"),
     ],

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+from selfmotion.cli.models import TURN
 from selfmotion.errors import FileFormatError, RangeError
 
 if TYPE_CHECKING:
@@ -74,9 +75,9 @@ def typed_posture(text: str, arm: "Arm") -> "np.ndarray":
         q = np.radians([float(word) for word in text.split(",")])
     except ValueError:
         q = np.empty(0)
-    if q.shape != (arm.n_joints,) or not np.isfinite(q).all():
+    if q.shape != (arm.n_joints,) or not (np.abs(q) <= TURN).all():
         raise RangeError(
-            f"--start {text!r}: allowed are {arm.n_joints} angles in degrees "
+            f"--start {text!r}: allowed are {arm.n_joints} angles from -360 to 360 degrees "
             f"({','.join(arm.joints)})"
         )
     return q

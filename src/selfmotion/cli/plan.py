@@ -36,6 +36,11 @@ if TYPE_CHECKING:
     from selfmotion.redundancy.task import Task
 
 
+# Error allowed in a step where further potentials act (rad): muscle effort, which a solver gives,
+# is not smooth enough for less.
+TOLERANCE = 1e-6
+
+
 class Movement(Part, frozen=True, kw_only=True):
     """One movement: time (s) from 0, q (rad, one row a sample), x in the task's units.
 
@@ -171,6 +176,8 @@ def plan(
     pull = planner_of(planner, path, goal_task)
     own = typed_potentials(potential or (), arm, chosen)
     settings = replace(settings, planner=pull, potentials=own, locked=tuple(lock or ()))
+    if own:
+        settings = replace(settings, tolerance=TOLERANCE)
     settings = replace(settings, damping=typed_weights(weights, chosen))
     first = None if start is None else typed_posture(start, chosen)
     if targets is None:

@@ -52,6 +52,8 @@ __all__ = ["JointLaw", "PlanSettings", "PlannedMotion", "inertia_damping", "plan
 SHORT = 0.1
 # Distance up to which a target counts as within reach, as a share of the way there.
 REACHED = 1e-6
+# What brings the implicit integration to a halt, to steps beyond number or out of the numbers.
+WHY = "a joint is too soft beside the others, or the spring too stiff"
 
 
 def plan(
@@ -186,7 +188,7 @@ def _integrate(
             whole[left] = some
         for i, t_lost in zip(left, lost, strict=True):
             if reached < drive.time[-1]:
-                statuses[i] = Status(False, f"the integration stopped at {reached:.3g} s")
+                statuses[i] = Status(False, f"the integration stopped at {reached:.3g} s: {WHY}")
             elif np.isfinite(t_lost):
                 statuses[i] = _rank_lost(t_lost)
     return PlannedMotion(

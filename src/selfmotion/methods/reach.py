@@ -8,6 +8,8 @@ from selfmotion.redundancy.task import Task
 MAX_ITERATIONS = 100
 # A step that shortens the distance by less than this share ends the search.
 PROGRESS = 1e-10
+# Least damping, as a share of the problem's size: a target may lie where the Jacobian loses rank.
+LEAST_DAMPING = 1e-12
 
 
 def miss_distance(
@@ -42,7 +44,7 @@ def miss_distance(
         better = new_cost < cost
         gained = better & (cost - new_cost > PROGRESS * cost)
         q[better], error[better], cost[better] = tried[better], new[better], new_cost[better]
-        mu = np.where(better, 0.1 * mu, 10.0 * mu)
+        mu = np.where(better, np.maximum(0.1 * mu, LEAST_DAMPING), 10.0 * mu)
         if not (gained | (~better & (mu < 1e6))).any():
             break
     return np.linalg.norm(task.error(q, targets), axis=1)

@@ -13,6 +13,8 @@ from selfmotion.methods.passive.potentials import positive_definite
 
 # The sum of the joint stiffnesses in the wrist's law, N m/rad.
 TRACE = 4.0
+# Rest angles that a file may hold (rad): one turn; more was meant as degrees.
+FARTHEST_REST = 2.0 * np.pi * (1.0 + 1e-12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +98,11 @@ def read_law(path: str | Path) -> JointLaw:
         if "rest_deg" in fields:
             rest = np.radians(rest)
         require_shape("stiffness", stiffness, (len(rest), len(rest)))
+        if (np.abs(rest) > FARTHEST_REST).any():
+            i = int(np.argmax(np.abs(rest)))
+            raise RangeError(
+                f"rest[{i}] = {rest[i]:g} rad: allowed is up to one turn; degrees go into rest_deg"
+            )
         return JointLaw(
             stiffness,
             rest,

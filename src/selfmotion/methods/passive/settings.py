@@ -16,6 +16,8 @@ from selfmotion.methods.passive.task_planners import Planner, TargetSpring
 Model = Literal["lambda0", "pmp1", "pmp2"]
 DampingLaw: TypeAlias = Callable[[np.ndarray], np.ndarray]
 FROM_DAMPING = "from-damping"
+# Intervals of the output of one movement, at most: 0.4 s at 1 MHz is enough for anybody.
+MOST_STEPS = 400_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +53,8 @@ class PlanSettings:
             raise RangeError(f"model = {self.model!r}: allowed are lambda0, pmp1, pmp2")
         if not (np.isfinite(self.duration) and self.duration > 0.0):
             raise RangeError(f"duration = {self.duration:g} s: must be above 0")
-        if self.n_steps < 1:
-            raise RangeError(f"n_steps = {self.n_steps}: at least 1")
+        if not 1 <= self.n_steps <= MOST_STEPS:
+            raise RangeError(f"n_steps = {self.n_steps}: allowed are 1 to {MOST_STEPS}")
         if not self.tolerance > 0.0:
             raise RangeError(f"tolerance = {self.tolerance:g}: must be above 0")
         if self.model == "pmp1" and self.potentials:

@@ -15,6 +15,9 @@ from selfmotion.methods.passive.task_planners import ForceField, TargetSpring
 from selfmotion.methods.passive.tasks import kept_rows, whole_task
 from selfmotion.redundancy.task import Task
 
+# No target of an arm is so far away (m or rad).
+FARTHEST = 1e4
+
 
 def checked_movements(
     task: Task, arm: Arm, start: ArrayLike, targets: ArrayLike
@@ -24,6 +27,11 @@ def checked_movements(
     goals = np.atleast_2d(as_float_array("targets", targets))
     require_shape("targets", goals, (None, len(whole_task(task).units)))
     require_finite("targets", goals)
+    if (np.abs(goals) > FARTHEST).any():
+        row, column = (int(k) for k in np.argwhere(np.abs(goals) > FARTHEST)[0])
+        raise RangeError(
+            f"targets[{row}, {column}] = {goals[row, column]:g}: allowed is up to {FARTHEST:g}"
+        )
     n_movements = max(len(q0), len(goals))
     if not n_movements or {len(q0), len(goals)} - {1, n_movements}:
         raise ShapeError(f"start has {len(q0)} rows, targets {len(goals)}: they must be as many")
