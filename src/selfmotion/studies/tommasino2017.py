@@ -13,7 +13,14 @@ import numpy as np
 from jaxtyping import Float
 
 from selfmotion.errors import RangeError
-from selfmotion.methods.curvature import LEVEL, VACUOUS, MeanTests, mean_tests, path_areas
+from selfmotion.methods.curvature import (
+    LEVEL,
+    VACUOUS,
+    MeanTests,
+    mean_tests,
+    path_areas,
+    path_hysteresis,
+)
 from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.methods.passive.planned_motion import PlannedMotion
 from selfmotion.motion.labels import Labels
@@ -229,14 +236,13 @@ def compare(study: Study, law: JointLaw, protocol: CenterOut | None = None) -> C
 
 def hysteresis(movements: Movements, name: str) -> np.ndarray:
     """Give A_net(out) + A_net(in) of one target, for each trial in which both were kept."""
-    out, back = (movements.of(name, direction) for direction in DIRECTIONS)
-    both = np.intersect1d(movements.trial[out], movements.trial[back])
-    net = {
-        trial: movements.net[out[movements.trial[out] == trial][0]]
-        + movements.net[back[movements.trial[back] == trial][0]]
-        for trial in both
-    }
-    return np.array([net[trial] for trial in both])
+    these = np.flatnonzero(movements.target == NAMES.index(name))
+    # An outlier keeps its place, so that no movement back belongs to another one's way out.
+    net = np.where(movements.kept, movements.net, np.nan)[these]
+    ways = [(name, DIRECTIONS[int(inbound)]) for inbound in movements.inbound[these]]
+    trials = [str(trial) for trial in movements.trial[these]]
+    found = path_hysteresis(net, ways, trials, directions=DIRECTIONS).get(name, np.empty(0))
+    return found[np.isfinite(found)]
 
 
 def _labelled(motion: PlannedMotion, i: int, name: str, direction: str) -> Recording:
