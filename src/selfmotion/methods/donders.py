@@ -213,11 +213,21 @@ def _status(fit: Fit, joints: tuple[str, ...]) -> Status:
             f"{stray} of {n} postures do not lie on one surface with the others, or past its fold",
         )
     values, vectors = np.linalg.eigh(fit.K)
-    if values[0] < COLLAPSED * np.trace(fit.K):
+    if has_collapsed(fit.K):
         return Status(False, _collapse(values, vectors, joints))
     if not fit.converged:
         return Status(False, "the fit did not settle: the postures do not determine the law")
     return Status(True, "fitted")
+
+
+def has_collapsed(stiffness: Float[np.ndarray, "joints joints"]) -> bool:
+    """Tell whether the joints have lost their stiffness in one direction, beside the others.
+
+    Example:
+        >>> has_collapsed(np.diag([1e-6, 2.0, 2.0])), has_collapsed(np.diag([0.5, 1.5, 2.0]))
+        (True, False)
+    """
+    return bool(np.linalg.eigvalsh(stiffness)[0] < COLLAPSED * np.trace(stiffness))
 
 
 def _collapse(values: np.ndarray, vectors: np.ndarray, joints: tuple[str, ...]) -> str:

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from selfmotion.errors import NotFiniteError, SelfmotionError
+from selfmotion.errors import NotFiniteError, RangeError, SelfmotionError
 from selfmotion.methods.curvature import path_areas
+from selfmotion.methods.donders import JointElasticity, has_collapsed
 from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.methods.passive.task_planners import MinimumJerk
 from selfmotion.methods.passive_motion import PlanSettings, plan
@@ -66,14 +67,15 @@ class Reach:
 
 
 def plan_reaches(
-    person: RecordedPerson, postures: PersonPostures, laws: Mapping[str, JointLaw]
+    person: RecordedPerson, postures: PersonPostures, laws: Mapping[str, JointElasticity]
 ) -> tuple["pd.DataFrame", tuple[Reach, ...], list[tuple[str, str]]]:
     """Plan every reach of a person and measure it beside the recorded one.
 
     Args:
         person: with the moment `END` in some movements.
         postures: of the same person.
-        laws: repeat to the law fitted without it.
+        laws: repeat to the law fitted without it; one that has collapsed plans nothing, since
+            the arm would fling its loose joint about at rates beyond any integration.
 
     Returns:
         A table, one row a movement and model (and one with the model ``recorded``), the paths, and
@@ -83,13 +85,15 @@ def plan_reaches(
 
     rows, reaches, lost = [], [], []
     for movement in person.movements:
-        law = laws.get(str(movement.labels.trial))
-        if END not in movement.moments or law is None:
+        fit = laws.get(str(movement.labels.trial))
+        if END not in movement.moments or fit is None:
             continue
         label = {"subject": person.subject, "side": person.side}
         label |= {"task": str(movement.labels.condition), "trial": str(movement.labels.trial)}
         try:
-            measured, reach = _one(movement, postures, law)
+            if has_collapsed(fit.stiffness):
+                raise RangeError(f"the law fitted to the other repeats: {fit.status}")
+            measured, reach = _one(movement, postures, fit.law())
         except SelfmotionError as error:
             lost.append((f"{person.subject}, {label['task']} {label['trial']}", str(error)))
             continue

@@ -167,7 +167,7 @@ def analyse_person(
     if effort:
         by_effort, lost = effort_table(person)
         said.append(by_effort)
-    others = {name: fit.law() for (kind, name), fit in laws.items() if kind == REPEAT}
+    others = {name: fit for (kind, name), fit in laws.items() if kind == REPEAT}
     reaches, paths, unplanned = plan_reaches(person, postures, others)
     lost += unplanned
     return _Part(
