@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -193,6 +194,47 @@ def test_a_scheduler_that_does_not_answer_is_one_line():
     pytest.importorskip("distributed", reason="extra `scale` is not installed")
     with pytest.raises(RangeError, match="'nowhere': no answer"):
         run_batch(root, items(4), Runner(scheduler="nowhere"))
+
+
+def dask_process(*words: str) -> "subprocess.Popen[bytes]":
+    command = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
+    return subprocess.Popen(command, stderr=subprocess.DEVNULL)
+
+
+@pytest.mark.long
+def test_a_scheduler_that_is_lost_is_one_line_and_the_journal_stays(tmp_path, capfd):
+    pytest.importorskip("distributed", reason="extra `scale` is not installed")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+    scheduler = dask_process("scheduler", "--port", address.rpartition(":")[2])
+    worker = dask_process("worker", address, "--no-nanny", "--nthreads", "1")
+    told: list[Outcome] = []
+
+    def kill_once(outcome):
+        told.append(outcome)
+        if len(told) == 6:
+            scheduler.kill()
+
+    try:
+        wait_for_workers(address)
+        runner = Runner(scheduler=address, journal=tmp_path / "j.jsonl", on_done=kill_once)
+        with pytest.raises(RangeError, match="lost in mid-run"):
+            run_batch(slow_square, items(*range(1000)), runner)
+    finally:
+        for process in (worker, scheduler):
+            process.kill()
+            process.wait()
+    kept = [json.loads(line)["key"] for line in (tmp_path / "j.jsonl").read_text().splitlines()]
+    assert kept == [outcome.key for outcome in told] and len(kept) >= 6
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def wait_for_workers(address):
+    from distributed import Client
+
+    with Client(address, timeout="60s", set_as_default=False) as client:
+        client.wait_for_workers(1, timeout=60)
 
 
 MEMORY = """

@@ -6,6 +6,7 @@ interrupted, however rudely, goes on where it was.
 """
 
 import json
+import logging
 import os
 import time
 from collections import deque
@@ -21,8 +22,7 @@ from selfmotion.errors import MissingExtraError, RangeError, SelfmotionError, St
 
 Payload = TypeVar("Payload")
 DONE = Status(True, "done")
-# Seconds between two requests that the system put the journal on the disk itself: what a power cut
-# can cost. A killed process costs nothing, since each line is handed to the system at once.
+# Seconds between two syncs of the journal to the disk: what a power cut can cost.
 SYNC_EVERY = 1.0
 # Seconds that what is sent to a worker at once should take at least and at most, and its length.
 QUICK, SLOW, MOST_AT_ONCE = 0.1, 1.0, 1000
@@ -97,7 +97,7 @@ def run_batch(
         One outcome an item; `runner.on_done` has seen each as it was completed.
 
     Raises:
-        RangeError: two items have the same key.
+        RangeError: two items have the same key, or the scheduler does not answer.
         MissingExtraError: a scheduler is named and dask.distributed is not installed.
 
     Example:
@@ -129,8 +129,7 @@ def iterate_batch(
         The outcomes, first those that an earlier run has left in the journal.
 
     Raises:
-        RangeError: two items have the same key.
-        MissingExtraError: a scheduler is named and dask.distributed is not installed.
+        RangeError, MissingExtraError: as in `run_batch`.
 
     Example:
         >>> def half(x):
@@ -281,8 +280,7 @@ def _pool(runner: Runner) -> Iterator[_Pool]:
 
     n = cpu_count() if runner.jobs == -1 else runner.jobs
 
-    def submit(*call: Any) -> Future:
-        # Asked for each time: after the death of a worker this is a new pool.
+    def submit(*call: Any) -> Future:  # after the death of a worker this is a new pool
         return get_reusable_executor(n, env=ONE_THREAD).submit(*call)
 
     yield _Pool(submit, lambda: n, (BrokenExecutor,))
@@ -303,17 +301,29 @@ def _cluster(address: str) -> Iterator[_Pool]:
         raise RangeError(f"scheduler {address!r}: no answer ({error})") from None
     submit = client.get_executor(pure=False).submit
 
-    def workers() -> int:
-        # Asked for each time: workers come and go.
+    def workers() -> int:  # asked for each time: workers come and go
         return sum(cast(dict[str, int], client.ncores()).values()) or 1
 
-    with client:
+    with _quiet("distributed", "distributed.client"), client:
         try:
             yield _Pool(submit, workers, (KilledWorker,))
-        except CancelledError:
+        except (CancelledError, OSError):  # what dask raises when its scheduler does not answer
             raise RangeError(
                 f"scheduler {address!r}: lost in mid-run; what was completed stands in the journal"
             ) from None
+
+
+@contextmanager
+def _quiet(*loggers: str) -> Iterator[None]:
+    """Keep the tracebacks that a library logs away from the reader of our one line."""
+    before = {log: log.level for log in map(logging.getLogger, loggers)}
+    for log in before:
+        log.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for log, level in before.items():
+            log.setLevel(level)
 
 
 class _Journal:
