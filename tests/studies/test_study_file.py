@@ -4,7 +4,8 @@ import pytest
 
 from selfmotion.errors import FileFormatError, RangeError, SelfmotionError
 from selfmotion.motion.labels import UNKNOWN_FRAME, Frame
-from selfmotion.studies.study_file import StudyFile, find_trials, load_study_file
+from selfmotion.studies.moments import ConditionMoments
+from selfmotion.studies.study_file import StudyFile, find_trials, load_study_file, unused_moments
 
 PATTERN = r"(?P<subject>P\d)_(?P<condition>[a-z]+)(_(?P<trial>\d))?\.csv"
 STATIC = "{subject}_static.csv"
@@ -74,6 +75,14 @@ def test_a_link_to_nothing_is_a_trial_that_fails(tmp_path):
     (tmp_path / "P2_reach_1.csv").mkdir()
     (trial,) = find_trials(StudyFile(PATTERN), [tmp_path])
     assert trial.key == "P1_reach_1.csv"
+
+
+def test_moments_of_conditions_that_nobody_did_are_named(tmp_path):
+    touch(tmp_path, "P1_reach_1.csv")
+    rules = {"reach": ConditionMoments(), "Reach": ConditionMoments()}
+    study = StudyFile(PATTERN, moments=rules)
+    (sentence,) = unused_moments(study, find_trials(study, [tmp_path]))
+    assert sentence == "moments.Reach: no file has this condition (there are: reach)"
 
 
 def test_axes_are_never_assumed(tmp_path):

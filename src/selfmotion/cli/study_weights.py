@@ -1,5 +1,6 @@
 """`selfmotion weights DIR --study FILE.toml`: a whole study, from its files to its statistics."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -173,7 +174,7 @@ def weigh_study(folders: list[Path], choices: StudyChoices) -> int:
     """Run a study and print or write what came of it."""
     from selfmotion.batch import Runner
     from selfmotion.cli.progress import progress
-    from selfmotion.studies.study_file import find_trials, load_study_file
+    from selfmotion.studies.study_file import find_trials, load_study_file, unused_moments
     from selfmotion.studies.study_run import StudyPlan, run_study
 
     if choices.arm is None:
@@ -184,9 +185,11 @@ def weigh_study(folders: list[Path], choices: StudyChoices) -> int:
     plan = StudyPlan(
         tuple(folders), study, choices.arm, choices.method, choices.batch.out, choices.seed
     )
-    n_trials = len(find_trials(study, plan.folders))
+    trials = find_trials(study, plan.folders)
+    for sentence in unused_moments(study, trials):
+        warnings.warn(sentence, stacklevel=2)
     where = choices.batch
-    with progress(n_trials, "trials", quiet=where.quiet) as done:
+    with progress(len(trials), "trials", quiet=where.quiet) as done:
         runner = Runner(jobs=where.jobs, scheduler=where.scheduler, resume=where.resume)
         run = run_study(plan, runner, on_start=lambda _: done)
     document = as_document(run)

@@ -208,6 +208,24 @@ def find_trials(study: StudyFile, folders: Sequence[Path]) -> tuple[Trial, ...]:
     return tuple(trial for _, trial in sorted(zip(order, moving, strict=True), key=lambda p: p[0]))
 
 
+def unused_moments(study: StudyFile, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Say of which conditions moments are named that no trial has: misspelt, or not recorded.
+
+    Example:
+        >>> rules = {"Drink": ConditionMoments()}
+        >>> study = StudyFile("(?P<subject>P1)_(?P<condition>drink).csv", moments=rules)
+        >>> trial = Trial(Path("P1_drink.csv"), "P1_drink.csv", Labels("P1", None, "drink"), None)
+        >>> unused_moments(study, [trial])
+        ('moments.Drink: no file has this condition (there are: drink)',)
+    """
+    there = sorted({trial.labels.condition or "none" for trial in trials})
+    return tuple(
+        f"moments.{name}: no file has this condition (there are: {', '.join(there)})"
+        for name in study.moments
+        if name not in there
+    )
+
+
 def _trial(study: StudyFile, folder: Path, path: Path) -> Trial | None:
     """Read a file's labels from its name; None where the pattern does not fit."""
     match = re.fullmatch(study.pattern, path.name)
