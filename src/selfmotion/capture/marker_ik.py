@@ -70,7 +70,7 @@ class MarkerIkOptions:
 
     Attributes:
         tolerance: step at which a frame is solved (rad).
-        max_iterations: for one frame and start.
+        max_iterations: for one frame and start; few are used but where limits and errors fight.
         pull: towards the posture of the frame before, m² per rad², beside weights of 1: 1e-6
             counts a radian like a millimetre.
         starts: postures (S, n) tried in the first frame; left out: 32 spread over the ranges.
@@ -78,7 +78,7 @@ class MarkerIkOptions:
     """
 
     tolerance: float = 1e-7
-    max_iterations: int = 60
+    max_iterations: int = 1000
     pull: float = 1e-7
     retry: float = 0.05
     starts: ArrayLike | None = None
