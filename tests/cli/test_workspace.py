@@ -141,8 +141,8 @@ def test_a_body_is_cut_out_and_named(capsys: Capture) -> None:
 def test_maps_are_computed_and_written(tmp_path: Path, capsys: Capture) -> None:
     out = tmp_path / "out"
     words = ("workspace", *QUICK, "--slice", "0", "--map", "margin, manipulability")
-    words = (*words, "--map-step", "0.4", "--out", out, "--report", tmp_path / "r.html")
-    found = answered(capsys, *words)["maps"]
+    words = (*words, "--map-step", "0.4", "--out", out)
+    found = answered(capsys, *words, "--report", tmp_path / "r.html")["maps"]
     assert found["limits"] == "free" and found["failed"] == 0
     assert [m["name"] for m in found["maps"]] == ["margin", "manipulability"]
     assert 0 < found["reached"] < found["points"] == np.prod(found["shape"])
