@@ -137,6 +137,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path, capsys: Capture) -> N
         (("--hand-load", "-1"), "hand_load = -1: allowed is 0 to 200"),
         (("--jobs", "0"), "jobs = 0: allowed is 1 and above"),
         (("--robot", "nowhere.urdf"), "nowhere.urdf"),
+        (("--hold", "trunk=0"), "--hold 'trunk=0': name the robot too, with --robot FILE.urdf"),
     ],
 )
 def test_bad_options_are_one_line(capsys: Capture, options: tuple[str, ...], reason: str) -> None:

@@ -169,7 +169,7 @@ def posture(
     rows = with_unit_quaternions(read_rows(poses, COLUMNS[1:], bare=COLUMNS))
     sizes, machine = segment_lengths_of(lengths), None if robot is None else str(robot)
     choices = PostureChoices(
-        *(model, convention, search, on_jump, hand_load, machine, held_joints(hold)),
+        *(model, convention, search, on_jump, hand_load, machine, held_joints(hold, machine)),
         *(body, sizes, strength),
     )
     finder = posture_finder(choices)

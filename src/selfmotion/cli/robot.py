@@ -34,12 +34,14 @@ class RobotPosture:
     sentence: str
 
 
-def held_joints(texts: list[str] | None) -> tuple[tuple[str, float], ...]:
+def held_joints(texts: list[str] | None, robot: str | Path | None) -> tuple[tuple[str, float], ...]:
     """Read --hold: joints and the angles (rad; m for slides typed as such) at which they rest.
 
     Raises:
-        RangeError: a text is not joint=degrees, or a joint stands twice.
+        RangeError: a text is not joint=degrees, a joint stands twice, or there is no robot.
     """
+    if texts and robot is None:
+        raise RangeError(f"--hold {texts[0]!r}: name the robot too, with --robot FILE.urdf")
     found: dict[str, float] = {}
     for text in texts or []:
         name, _, number = (part.strip() for part in text.partition("="))
