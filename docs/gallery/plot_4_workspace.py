@@ -21,7 +21,7 @@ for name, region in found.regions.items():
 # Points of a thin layer at shoulder height, kept and lost.
 
 fig, ax = plt.subplots(figsize=(5, 5))
-for name, colour in (("limited", "#009E73"), ("lost", "#D55E00")):
+for name, colour in (("limited", "#0072B2"), ("lost", "#E69F00")):
     region = found.regions[name]
     near = region.inside & (np.abs(region.points[:, 2]) < 0.03)
     label = {"limited": "kept", "lost": "lost"}[name]

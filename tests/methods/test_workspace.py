@@ -66,6 +66,11 @@ def test_area_of_a_slice_of_a_shell():
     assert disc == pytest.approx(np.pi * (0.5**2 - 0.4**2), abs=4 * e1 + 2e-3)
 
 
+def test_a_hull_of_too_few_points_is_no_number():
+    found = workspace(load_arm("upper_limb"), options=WorkspaceOptions(n_points=64, shifts=2))
+    assert np.isnan(found.hull_volume()) and len(found.hull()) > 3
+
+
 def test_limited_lies_inside_free_and_the_lost_region_is_the_rest():
     arm = load_arm("upper_limb")
     options = WorkspaceOptions(n_points=256, shifts=4)

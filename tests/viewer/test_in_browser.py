@@ -108,7 +108,7 @@ def test_changing_a_limit_shows_what_is_lost(studio, page):
     assert eventually(lambda: studio.reach.shown is not None)
     page.get_by_label("Splinted elbow").click()
     assert eventually(lambda: studio.reach.shown.regions["lost"].volume > 0.05)
-    page.get_by_text("Lost (vermilion)").wait_for()
+    page.get_by_text("Lost (orange)").wait_for()
 
 
 def test_a_recording_plays(studio, page, tmp_path):

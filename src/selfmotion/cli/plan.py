@@ -8,7 +8,7 @@ import typer
 from selfmotion.cli.laws import FROM_DAMPING, law_of, typed_posture, typed_spring
 from selfmotion.cli.legs import Legs, areas, center_out_legs, file_legs
 from selfmotion.cli.models import load_any_arm, typed_weights
-from selfmotion.cli.options import Json, Out, Report
+from selfmotion.cli.options import Json, Out, Quiet, Report
 from selfmotion.cli.output import (
     Contract,
     Document,
@@ -21,7 +21,7 @@ from selfmotion.cli.output import (
     save,
 )
 from selfmotion.cli.plan_choices import path_to_imitate, typed_potentials
-from selfmotion.cli.recordings import TaskName
+from selfmotion.cli.recordings import IdleJobs, IdleResume, TaskName
 from selfmotion.errors import RangeError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -161,15 +161,18 @@ def plan(
     json: Json = False,
     out: Out = None,
     report: Report = None,
+    jobs: IdleJobs = 1,
+    resume: IdleResume = False,
+    quiet: Quiet = False,
 ) -> int:
     """Plan how a person moves to targets, by passive motion."""
     from dataclasses import replace
 
     from selfmotion.redundancy.task import task_for
 
+    chosen = load_any_arm(arm)
     if (targets is None) == (not center_out):
         raise RangeError("give either --targets FILE or --center-out")
-    chosen = load_any_arm(arm)
     goal_task = task_for(chosen, task)
     joint_law = law_of(law, chosen)
     settings = settings_of(model, typed_spring(spring), duration, steps)

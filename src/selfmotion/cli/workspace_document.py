@@ -1,5 +1,6 @@
 """The document of `selfmotion workspace`: its types, how it is filled, and what a person reads."""
 
+import math
 from typing import TYPE_CHECKING
 
 from selfmotion.cli.output import Document, Number, Part, numbers
@@ -182,7 +183,8 @@ def as_text(document: WorkspaceDocument) -> str:
         if value is None:
             continue
         error, hull = getattr(document.stderr_m3, key), getattr(document.hull_volume_m3, key)
-        around = "" if hull is None else f"; hull {1e3 * hull:.1f}"
+        known = hull is not None and math.isfinite(hull)
+        around = f"; hull {1e3 * hull:.1f}" if known else ""
         lines.append(f"{key:8} {1e3 * value:7.2f} ± {1e3 * (error or 0.0):.2f} litres{around}")
     for part in document.slices:
         areas = ", ".join(

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 NO_RANGE = 1e-9
 # Postures at which the directions of the hand are counted, and the least stretch (m/rad).
 RANK_POSTURES, NO_STRETCH = 64, 1e-9
+# A hull of a smaller share of the volume than this is one of too few points.
+HULL_SHARE = 0.97
 # How far beyond the hull of the points its true place is looked for (m).
 OUTWARDS = 0.03
 
@@ -125,23 +127,34 @@ class Workspace:
         """Give the volume of the convex hull (m³).
 
         It lies above the volume wherever there are hollows, and it does not respect the body: what
-        `blocked` takes out of the volume lies within the hull and counts there.
+        `blocked` takes out of the volume lies within the hull and counts there. NaN where the
+        points are so few that it comes out clearly below the volume.
         """
+        from scipy.spatial import ConvexHull
+
+        region, corners = self.regions[name], self.hull(name)
+        if not len(corners):
+            return 0.0
+        volume = float(ConvexHull(corners).volume)
+        return np.nan if volume < HULL_SHARE * region.volume else volume
+
+    def hull(self, name: str = "free") -> Float[np.ndarray, "corners 3"]:
+        """Give the corners of the convex hull (m); none where fewer than four points are known."""
         if name not in self._hulls:
-            self._hulls[name] = self._hull_volume(name)
+            self._hulls[name] = self._hull(name)
         return self._hulls[name]
 
     @cached_property
-    def _hulls(self) -> dict[str, float]:
+    def _hulls(self) -> dict[str, np.ndarray]:
         return {}
 
-    def _hull_volume(self, name: str) -> float:
+    def _hull(self, name: str) -> np.ndarray:
         from scipy.spatial import ConvexHull
 
         region = self.regions[name]
         points = np.concatenate([region.points[region.inside], self.boundary.get(name, _NONE)])
         if len(points) < 4:
-            return 0.0
+            return _NONE
         hull = ConvexHull(points)
         if name in self.boundary:  # reach outwards from the middle of each facet
             arm = self.limited_arm if name == "limited" and self.limited_arm else self.arm
@@ -153,7 +166,7 @@ class Workspace:
             )
             ends = forward_kinematics(arm.chain, beyond.q, arm.tip("hand"))[:, :3, 3]
             hull = ConvexHull(np.concatenate([hull.points[hull.vertices], ends]))
-        return float(hull.volume)
+        return hull.points[hull.vertices]
 
     def to_frame(self) -> "pd.DataFrame":
         """Give a table: volume, standard error, share and hull of each region (cm³, %)."""

@@ -4,7 +4,12 @@ import pandas as pd
 
 from selfmotion.provenance import Provenance
 from selfmotion.report.html import Footer, Page, Picture, Section, Table
-from selfmotion.report.workspace_figures import arc_joints_figure, arcs_figure, slices_figure
+from selfmotion.report.workspace_figures import (
+    arc_joints_figure,
+    arcs_figure,
+    hulls_figure,
+    slices_figure,
+)
 from selfmotion.studies.deboon import DeBoonStudy, DeviceResult
 
 FIGURES = {2: 11, 3: 13}
@@ -44,6 +49,11 @@ def workspace_section(made: DeBoonStudy) -> Section:
         "Scenario 1: the workspace",
         pictures=(
             Picture(
+                hulls_figure(space),
+                "Outlines of the convex hulls (Fig. 6). A hull bridges hollows: compare volumes.",
+                "Hulls of the workspace with and without the splint, from three sides",
+            ),
+            Picture(
                 slices_figure(space),
                 "Horizontal slices, seen from above: what the splint leaves and what it takes.",
                 "Points reached in horizontal slices, with and without the splint",
@@ -65,8 +75,8 @@ def missing_section() -> Section:
             "the four cases that the paper lays over each other (measured and computed, free and "
             "splinted) the two computed ones are shown here, in one picture each.",
             "The paper prints no volume and no area; figs 6 to 9 are pictures only. The hulls of "
-            "fig. 6 are our hull volumes; the slices of figs 7 to 9 are drawn here as the sets "
-            "that are reached, since hulls overstate a hollow slice.",
+            "fig. 6 are drawn by their outlines; the slices of figs 7 to 9 are drawn here as the "
+            "sets that are reached, since hulls overstate a hollow slice.",
             "The cut-outs of head, torso and legs have no printed sizes: `selfmotion workspace "
             "--body standing` cuts them out with shapes of our own.",
             "Figs 11 and 13: the self-motion on the circles is so wide that a joint's curve "

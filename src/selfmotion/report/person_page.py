@@ -66,16 +66,21 @@ def sentences(found: OnePerson) -> list[str]:
 
 def _worded(table: pd.DataFrame) -> pd.DataFrame:
     """Write the joints' names as words."""
-    return table.assign(joint=[str(name).replace("_", " ") for name in table["joint"]])
+    return _plain(table, "joint")
 
 
 def _mean_size(errors: np.ndarray) -> str:
     """Give the mean of errors (degrees) in words, and how many poses could not be predicted."""
     known = errors[np.isfinite(errors)]
     if not known.size:
-        return "none (these ranges allow no posture for the hand poses)"
+        return "none, since they allow no posture for the hand poses"
     lost = len(errors) - known.size
     return f"{known.mean():.0f}°" + (f" ({lost} of {len(errors)} poses not possible)" * bool(lost))
+
+
+def _plain(table: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Write the names in a column as words."""
+    return table.assign(**{column: [str(name).replace("_", " ") for name in table[column]]})
 
 
 def _nothing(heading: str, found: OnePerson, part: str) -> Section:
@@ -203,8 +208,8 @@ def posture_section(found: OnePerson) -> Section:
         words=(
             "Swivel angle at the moments that the study names, beside that of least muscle "
             "effort on the model arm at the person's size: inside the ranges of adults, and inside "
-            f"what this person used in the other movements, and 5° more. Mean error {effort} and "
-            f"{bounded}.",
+            "what this person used in the other movements, and 5° more. Mean error in the ranges "
+            f"of adults: {effort}; in the ranges used otherwise: {bounded}.",
         ),
         pictures=(
             Picture(
@@ -213,7 +218,7 @@ def posture_section(found: OnePerson) -> Section:
                 "Recorded and predicted swivel angles by task",
             ),
         ),
-        tables=(Table(means, "Mean size of the error (°)."),),
+        tables=(Table(_plain(means, "moment"), "Mean size of the error (°)."),),
     )
 
 
@@ -257,6 +262,9 @@ def splint_section(found: OnePerson) -> Section:
         [(task, share) for task, share in change.by_condition.items()],
         columns=["task", "share of the path"],
     )
+    costs = "with this person's weights as costs"
+    if not identified(found.weights):
+        costs = "with the same cost for every joint, since no weight could be identified"
     table = _worded(change.to_frame())
     table.columns = pd.Index(
         ["joint", "range before (°)", "range after (°)", "weight before", "weight after"]
@@ -281,8 +289,8 @@ def splint_section(found: OnePerson) -> Section:
         "With a splinted elbow",
         words=(
             change.sentence(),
-            "The recorded paths of the wrist, followed by this arm with this person's weights as "
-            "costs: once with all ranges, once with the elbow between 64° and 114°.",
+            f"The recorded paths of the wrist, followed by this arm {costs}: once with all ranges, "
+            "once with the elbow between 64° and 114°.",
         ),
         pictures=tuple(pictures),
         tables=(

@@ -37,6 +37,36 @@ def slices_figure(space: Workspace) -> Figure:
     return figure
 
 
+@themed
+def hulls_figure(space: Workspace) -> Figure:
+    """Draw the outlines of the convex hulls, free and limited, from three sides ([DeBoon] fig. 6).
+
+    The arm's ground has x to the right, y forward and z up.
+    """
+    from scipy.spatial import ConvexHull
+
+    figure, axes = new_figure(1, 3, size=(7.2, 3.0))
+    views = (("from above", 0, 1), ("from the right", 1, 2), ("from the front", 0, 2))
+    names = ("x, right (m)", "y, forward (m)", "z, up (m)")
+    kinds = [("free", LOST, "all ranges"), ("limited", KEPT, "limited")]
+    for ax, (title, i, j) in zip(axes[0], views, strict=True):
+        for name, colour, label in kinds:
+            if name not in space.regions or not len(space.hull(name)):
+                continue
+            flat = space.hull(name)[:, [i, j]]
+            outline = flat[ConvexHull(flat).vertices]
+            ax.fill(*outline.T, facecolor=colour, alpha=0.18, linewidth=0)
+            closed = np.concatenate([outline, outline[:1]])
+            ax.plot(*closed.T, color=colour, linewidth=1.4, label=label)
+        ax.plot(0, 0, "+", color=INK, ms=6, label="sternoclavicular joint")
+        if title == "from the front":
+            ax.invert_xaxis()  # who faces a person has that person's right on the left
+        ax.set(title=title, xlabel=names[i], ylabel=names[j], aspect="equal")
+        ax.grid(True, axis="both")
+    legend_below(figure, axes[0, 0], columns=3)
+    return figure
+
+
 def _slice(ax: Axes, part: Slice) -> None:
     """Draw one slice, seen from above."""
     kept = part.regions.get("limited", part.regions["free"])

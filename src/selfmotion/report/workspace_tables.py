@@ -114,7 +114,7 @@ def volume_frame(space: Workspace, person: PagePerson) -> pd.DataFrame:
     rows = []
     for name, region in space.regions.items():
         hull = "–"
-        if name != "lost":
+        if name != "lost" and np.isfinite(space.hull_volume(name)):
             hull = f"{1e6 * space.hull_volume(name):,.0f}".replace(",", THIN_SPACE)
         rows.append(
             {

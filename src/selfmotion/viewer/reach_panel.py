@@ -119,7 +119,7 @@ class ReachPanel:
                 point_shape="circle",
             )
         self._words.content = (
-            f"Kept (green): {_litres(kept)}\n\nLost (vermilion): {_litres(lost)}\n\n"
+            f"Kept (blue): {_litres(kept)}\n\nLost (orange): {_litres(lost)}\n\n"
             f"Free: {_litres(found.regions['free'])}"
         )
 

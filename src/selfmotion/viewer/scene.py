@@ -1,7 +1,7 @@
 """From results to what can be drawn: points, segments and colours, without any viewer.
 
 Everything is in the ground of the arm that is shown (m). Colours are those of the reports: muscles
-by activation, the task blue, the null space orange, what limits take away vermilion.
+by activation, the task blue, the null space orange; what limits leave blue, what they take orange.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,8 @@ from selfmotion.kinematics.forward import tip_positions
 from selfmotion.methods.workspace import Region
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.report.posture_figures import ACTIVATION
-from selfmotion.report.theme import JOINT_COLOURS, NULL, TASK
+from selfmotion.report.theme import NULL, TASK
+from selfmotion.report.workspace_figures import KEPT, LOST
 
 # Activation from which on a muscle has its darkest colour.
 FULL_COLOUR = 0.4
@@ -33,7 +34,7 @@ def rgb(colour: str) -> tuple[int, int, int]:
 
 
 TASK_RGB, NULL_RGB = rgb(TASK), rgb(NULL)
-KEPT_RGB, LOST_RGB = rgb(JOINT_COLOURS[1]), rgb(JOINT_COLOURS[2])
+KEPT_RGB, LOST_RGB = rgb(KEPT), rgb(LOST)
 
 
 @dataclass(frozen=True, eq=False)
