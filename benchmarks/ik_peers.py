@@ -150,7 +150,7 @@ def pink_solver(arm: Arm, pose: bool) -> One:
 
 def mink_solver(arm: Arm, pose: bool) -> One:
     """Mink's differential inverse kinematics (a quadratic program a step, solved by daqp)."""
-    import mink
+    import mink  # pyright: ignore[reportMissingImports]
     import mujoco
     from scipy.spatial.transform import Rotation
 

@@ -183,8 +183,10 @@ def as_text(document: WorkspaceDocument) -> str:
         if value is None:
             continue
         error, hull = getattr(document.stderr_m3, key), getattr(document.hull_volume_m3, key)
-        known = hull is not None and math.isfinite(hull)
-        around = f"; hull {1e3 * hull:.1f}" if known else ""
+        if hull is None or not math.isfinite(hull):
+            around = ""
+        else:
+            around = f"; hull {1e3 * hull:.1f}"
         lines.append(f"{key:8} {1e3 * value:7.2f} ± {1e3 * (error or 0.0):.2f} litres{around}")
     for part in document.slices:
         areas = ", ".join(

@@ -55,11 +55,11 @@ class Slope(NamedTuple):
 class Slopes(Protocol):
     """The equations of motion; the Jacobian is asked for once a step, the velocity four times."""
 
-    def __call__(self, t: float, q: Batch) -> Slope:
+    def __call__(self, t: float, q: Batch, /) -> Slope:
         """Give velocity and approximate Jacobian at a time and posture (B, n)."""
         ...
 
-    def velocity(self, t: float, q: Batch) -> Batch:
+    def velocity(self, t: float, q: Batch, /) -> Batch:
         """Give the velocity alone."""
         ...
 
