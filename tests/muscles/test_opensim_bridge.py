@@ -134,6 +134,18 @@ def test_memory_does_not_grow_with_calls(file):
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000  # kB
 
 
+@pytest.mark.long
+def test_memory_does_not_grow_in_a_hundred_thousand_calls(file):
+    model = read_osim(file)
+    q = postures(model, 100, 4)
+    model.geometry.lengths_and_moment_arms(q)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(1000):
+        for i in range(len(q)):
+            model.geometry.lengths_and_moment_arms(q[i : i + 1])
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000  # kB
+
+
 def test_what_is_no_model_is_refused_in_one_line(file, tmp_path):
     with pytest.raises(FileFormatError, match="there is no such file"):
         read_osim(tmp_path / "none.osim")
