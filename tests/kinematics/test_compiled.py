@@ -1,5 +1,6 @@
 """The cache of compiled kernels: an edit in another file must not leave old code running."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -17,7 +18,8 @@ if __name__ == "__main__":
 
 def run(folder: Path) -> str:
     words = [sys.executable, "-c", "import caller; print(caller.whole(1))"]
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=True)
+    beside = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+    done = subprocess.run(words, cwd=folder, env=beside, capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
 
