@@ -173,7 +173,9 @@ def test_eq_10_gives_the_spring_of_the_paper():
     assert (peaks.x[:, 50] - TARGETS < 0.02 * RADIUS).all()  # 22.5: nearly there after 0.2 s
 
 
-@pytest.mark.parametrize("spring", [22.5, 1e3, 1e6, 1e9])
+@pytest.mark.parametrize(
+    "spring", [22.5, 1e3, *(pytest.param(k, marks=pytest.mark.long) for k in (1e6, 1e9))]
+)
 def test_it_stays_stable_whatever_the_stiffness(spring):
     law = figure_3()
     coarse, fine = (
