@@ -139,8 +139,16 @@ class ManifoldFinder:
         centres = np.ascontiguousarray(centres)
         return cls(arm, path_arrays(arm.chain, arm.tip("hand")), relative, centres, elevations)
 
-    def find(self, T_hand: ArrayLike, *, clearance: Clearance | None = None) -> SelfMotionManifold:
+    def find(
+        self, T_hand: ArrayLike, *, clearance: Clearance | None = None, nearest: bool = True
+    ) -> SelfMotionManifold:
         """Find all feasible postures for a hand pose; see `self_motion_manifold`.
+
+        Args:
+            T_hand: (4, 4) hand pose in the ground (m).
+            clearance: how far postures are outside bodies that the arm may not enter (m).
+            nearest: whether to say, where there is no posture, how near the hand comes; that takes
+                twenty times as long as finding postures, which counts on a grid of poses.
 
         Raises:
             RangeError: T_hand is not a rigid transform.
@@ -158,11 +166,11 @@ class ManifoldFinder:
             room = np.minimum(_INSET, 0.25 * (self.arm.upper - self.arm.lower))
             inside = np.clip(starts, self.arm.lower + room, self.arm.upper - room)
             pieces, _ = tracer.pieces(inside)
-        if not pieces:
-            nearest = nearest_posture(self.arm, goal, starts)
-            failure = f"{failure}: {nearest.sentence}"
-            if nearest.reached:  # all starts missed it; a limit may let in one posture only
-                pieces, failure = tracer.pieces(nearest.q[None])
+        if not pieces and nearest:
+            closest = nearest_posture(self.arm, goal, starts)
+            failure = f"{failure}: {closest.sentence}"
+            if closest.reached:  # all starts missed it; a limit may let in one posture only
+                pieces, failure = tracer.pieces(closest.q[None])
         if clearance is not None:
             failure = "every posture meets an excluded body" if pieces else failure
             pieces = [part for piece in pieces for part in clear_parts(piece, clearance)]

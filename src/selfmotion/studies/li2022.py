@@ -181,7 +181,8 @@ def cup_manifolds(finder: PostureFinder, *, spacing: float = SPACING) -> list[Se
                 # Behind the shoulder no cup is held, and nearer than this the elbow is shut.
                 if a < 0 or not 0.25 * reach < np.linalg.norm(offset) < 1.05 * reach:
                     continue
-                found = finder.manifolds.find(cup_pose(arm, points[0] + offset))
+                pose = cup_pose(arm, points[0] + offset)
+                found = finder.manifolds.find(pose, nearest=False)
                 if found.intervals and widest(found) > LEAST_RANGE:
                     out.append(found)
     return out

@@ -64,7 +64,7 @@ def live_posture(
         RangeError: T_hand is not a rigid transform.
     """
     found = finder.find(T_hand)
-    manifold = finder.manifolds.find(T_hand, clearance=finder.clearance)
+    manifold = finder.manifolds.find(T_hand, clearance=finder.clearance, nearest=False)
     if not manifold.intervals:
         nothing = np.full(len(found.muscles), np.nan)
         return LivePosture(found, (), found.q, np.nan, np.nan, nothing, found.status)
