@@ -44,7 +44,7 @@ def refuse_other_shape(
         >>> refuse_other_shape("reach", {"hand": cluster}, {"hand": fit_cluster(cluster, seen)})
         Traceback (most recent call last):
         ...
-        selfmotion.errors.RangeError: reach: a, b, c (cluster hand, 67 mm) are 67 mm off \
+        selfmotion.errors.RangeError: reach: a, b, c (cluster hand, 66.7 mm) are 66.6 mm off \
 their shape at calibration, at most 20 mm are allowed; are units, static trial and labels right?
     """
     for segment, cluster in clusters.items():
