@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from selfmotion.arms import load_arm
+from selfmotion.errors import Status
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import body_frames
 from selfmotion.methods.donders import JointElasticity
@@ -130,6 +131,16 @@ def test_no_predictor_sees_what_it_predicts(person, laws):
         own = {"predictor": name, "trial": fold.name, "left_out": REPEAT}
         one, other = (np.array(rows_of(t, own)["predicted"]) for t in (before, after))
         np.testing.assert_allclose(one, other, atol=2e-3)
+
+
+def test_a_law_whose_fit_failed_predicts_nothing(person, laws):
+    (key, fit), *_ = laws.items()
+    failed = laws | {key: replace(fit, status=Status(False, "did not settle"))}
+    table = prediction_table(person[0], failed)
+    said = table.loc[(table["predictor"] == LAW) & (table["left_out"] == key[0])]
+    of_fold = said.loc[said["trial" if key[0] == REPEAT else "task"].astype(str) == key[1]]
+    assert len(of_fold) and of_fold["predicted"].isna().all()
+    assert said["predicted"].notna().any()
 
 
 def test_a_surface_of_postures_that_do_not_turn_is_refused_with_a_sentence(person):

@@ -106,7 +106,7 @@ def prediction_table(
     natural = postures.swivel(postures.q)
     for fold in folds(postures):
         held = np.flatnonzero(fold.held)
-        said = predictions(postures, fold, laws[fold.kind, fold.name].law())
+        said = predictions(postures, fold, laws[fold.kind, fold.name])
         for name, angles in said.items():
             rows.append(
                 pd.DataFrame(
@@ -128,14 +128,17 @@ def prediction_table(
 
 
 def predictions(
-    postures: PersonPostures, fold: Fold, law: JointLaw
+    postures: PersonPostures, fold: Fold, fit: JointElasticity
 ) -> dict[str, Float[np.ndarray, " held"]]:
-    """Give the swivel angles (rad) that each predictor says for the postures left out."""
+    """Give the swivel angles (rad) that each predictor says for the postures left out.
+
+    A law whose fit failed says nothing (NaN).
+    """
     q = postures.q[fold.held]
     training = fold.training(postures)
     middle = mean_angle(postures.swivel(postures.q[training]))
     said = {
-        LAW: swivel_of_law(postures, law, q),
+        LAW: swivel_of_law(postures, fit.law(), q) if fit.status.ok else np.full(len(q), np.nan),
         SURFACE: swivel_on_surface(postures, fold, middle),
         MEAN: np.full(len(q), middle),
     }

@@ -209,8 +209,6 @@ class Studio:
         self._line = scene.add_line_segments(
             "/arm/line", nothing[:3], (90, 90, 90), thickness=0.012, visible=not self._bones
         )
-        floor = scene.add_grid("/grid", width=2.0, height=2.0, plane="xy", cell_size=0.1)
-        floor.visible = False
 
     def _aim_camera(self) -> None:
         arm = self.model.arm
