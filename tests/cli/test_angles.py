@@ -56,6 +56,20 @@ def test_angles_of_the_arm_that_rests_are_doubted():
     assert "the left one by 0 mm" in doubt and "--side right?" in doubt
 
 
+def test_one_broken_file_leaves_the_others_be(tmp_path: Path, capsys: Capture):
+    cut = tmp_path / "cut.csv"
+    cut.write_bytes(DRINK.read_bytes()[:5000])
+    words = ("angles", cut, DRINK, tmp_path / "none.csv", "--static", STATIC)
+    document = answered(capsys, *words, "--out", tmp_path / "out", code=1)
+    assert [one["file"] for one in document["failed"]] == [str(cut), str(tmp_path / "none.csv")]
+    assert all(one["status"] for one in document["failed"])
+    (movement,) = document["movements"]
+    alone = answered(capsys, "angles", DRINK, "--static", STATIC)
+    assert movement["rms_marker_error_mm"] == alone["movements"][0]["rms_marker_error_mm"]
+    assert Path(movement["written"]).exists()
+    assert "cut.csv" in refused(capsys, "angles", cut, cut, "--static", STATIC)
+
+
 def test_refusals_name_what_is_missing(tmp_path: Path, capsys: Capture):
     assert "RGTH" in refused(capsys, "angles", DRINK, "--static", DRINK)
     assert "no such file" in refused(capsys, "angles", tmp_path / "x.csv", "--static", STATIC)

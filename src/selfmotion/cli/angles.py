@@ -2,18 +2,24 @@
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import typer
 
 from selfmotion.cli.options import Json, Out
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers
 from selfmotion.cli.recordings import Forward, LengthUnit, Rate, Stated, Up, load_marker_file
+from selfmotion.errors import SelfmotionError
 from selfmotion.provenance import Provenance
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from selfmotion.capture.angles import ArmMotion
+    from selfmotion.motion.markers import MarkerSet
     from selfmotion.motion.recording import Recording
+
+Found = TypeVar("Found")
 
 # So near to gimbal lock single angles of a sequence say little (degrees).
 NEAR_LOCK_DEG = 10.0
@@ -58,6 +64,13 @@ class MovementAngles(Part, frozen=True, kw_only=True):
     status: str
 
 
+class FailedFile(Part, frozen=True, kw_only=True):
+    """A marker file that could not be used, and why."""
+
+    file: str
+    status: str
+
+
 class AnglesDocument(Document, frozen=True, tag="selfmotion/angles/1", kw_only=True):
     """Joint angles of one arm of one person, in files; here how good they are.
 
@@ -71,6 +84,7 @@ class AnglesDocument(Document, frozen=True, tag="selfmotion/angles/1", kw_only=T
     rms_marker_error_mm: Number
     centre_residual_mm: dict[str, float]
     movements: list[MovementAngles]
+    failed: list[FailedFile]
 
 
 CONTRACT = Contract(
@@ -125,6 +139,7 @@ def angles(
 ) -> int:
     """Find joint angles from markers: clusters, joint centres, inverse kinematics."""
     from selfmotion.capture.angles import angles_from_markers
+    from selfmotion.capture.movement_check import check_movement
     from selfmotion.capture.moving_side import doubt_about_side
     from selfmotion.capture.person import CaptureOptions, calibrate_person
     from selfmotion.capture.protocol import load_protocol
@@ -133,21 +148,31 @@ def angles(
 
     names = load_protocol(protocol)
     stated = Stated(length_unit, None, rate, up, forward)
-    recorded = [load_marker_file(path, stated, default=names.frame) for path in markers]
+    still = load_marker_file(static, stated, default=names.frame)
+    failed: list[FailedFile] = []
+
+    def read(path: Path) -> "MarkerSet":
+        seen = load_marker_file(path, stated, default=names.frame)
+        check_movement(still, seen, side=side, protocol=names)
+        return seen
+
+    recorded = {path: seen for path in markers if (seen := attempt(read, path, markers, failed))}
     person = calibrate_person(
         person_arm(arm, adult=ranges == "adult"),
-        load_marker_file(static, stated, default=names.frame),
-        recorded,
+        still,
+        list(recorded.values()),
         side=side,
         protocol=names,
         options=CaptureOptions(max_gap=max_gap, cutoff=cutoff or None),
     )
-    for seen in recorded:
+    for seen in recorded.values():
         if doubt := doubt_about_side(seen, names, side):
             warnings.warn(doubt, stacklevel=2)
     movements = []
-    for path, seen in zip(markers, recorded, strict=True):
-        motion = angles_from_markers(person, seen)
+    for path in recorded:
+        motion = attempt(lambda p: angles_from_markers(person, recorded[p]), path, markers, failed)
+        if motion is None:
+            continue
         target = None if out is None else write_angles(out, path, motion.recording, kind)
         table = None if out is None else out / f"{path.stem}_isb.csv"
         entry = isb_entry(motion, side, table) if isb else None
@@ -157,7 +182,7 @@ def angles(
     choices |= stated.choices()
     document = AnglesDocument(
         provenance=Provenance(
-            "angles", inputs={p.name: hash_file(p) for p in [static, *markers]}, choices=choices
+            "angles", inputs={p.name: hash_file(p) for p in [static, *recorded]}, choices=choices
         ),
         arm=person.arm.name,
         side=side,
@@ -166,9 +191,27 @@ def angles(
         rms_marker_error_mm=median([m.rms_marker_error_mm for m in movements]),
         centre_residual_mm={k: 1e3 * c.residual for k, c in person.centres.items()},
         movements=movements,
+        failed=failed,
     )
-    failed = sum(m.frames_not_converged > 0 for m in movements)
-    return finish(document, as_text(document), json=json, failed=failed)
+    troubled = len(failed) + sum(m.frames_not_converged > 0 for m in movements)
+    return finish(document, as_text(document), json=json, failed=troubled)
+
+
+def attempt(
+    work: "Callable[[Path], Found]", path: Path, paths: list[Path], failed: list[FailedFile]
+) -> "Found | None":
+    """Do something with one of several files; one that fails is put down, and the rest goes on.
+
+    Raises:
+        SelfmotionError: it was the last that could have been used.
+    """
+    try:
+        return work(path)
+    except SelfmotionError as error:
+        if len(failed) + 1 >= len(paths):
+            raise
+        failed.append(FailedFile(file=str(path), status=str(error)))
+        return None
 
 
 def write_angles(folder: Path, source: Path, recording: "Recording", kind: str) -> Path:
@@ -273,4 +316,5 @@ def as_text(document: AnglesDocument) -> str:
             lines.append(f"  wrote {m.isb.written}")
         if m.written:
             lines.append(f"  wrote {m.written}")
+    lines += [f"not used: {one.file}: {one.status}" for one in document.failed]
     return "\n".join(lines)
