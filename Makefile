@@ -2,6 +2,8 @@
 # `make VENV=/elsewhere test` puts it elsewhere; `make PYTHON=/usr/bin/python3.13 test` picks one.
 
 VENV ?= .venv
+# Tests of one file share what they compile, so a file stays with one of the processes.
+PYTEST := python -m pytest -n 2 --dist loadfile
 DEMO ?= demo
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet -c constraints.txt
@@ -27,10 +29,10 @@ demo: $(VENV)/.installed
 	@for report in "$(abspath $(DEMO))"/*.html; do echo "The report: $$report"; done
 
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest
+	$(BIN)/$(PYTEST)
 
 test-long: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest -m "long or not long"
+	$(BIN)/$(PYTEST) -m "long or not long"
 
 # Runs the examples of the gallery; a warning is an error.
 docs: $(VENV)/.installed-dev

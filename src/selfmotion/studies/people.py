@@ -6,9 +6,10 @@ takes them from here, one arm of one person at a time.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import cast
 
+from selfmotion.batch.workers import map_in_order
 from selfmotion.capture.angles import ArmMotion
 from selfmotion.capture.person import Person
 from selfmotion.errors import RangeError, SelfmotionError
@@ -92,7 +93,8 @@ def load_people(
     if not study.static:
         raise RangeError("static: the study file names no static trial; people need marker files")
     plans = plan_people(find_trials(study, list(folders)))
-    for plan, found in zip(plans, _each(plans, study, arm, jobs), strict=True):
+    attempt = partial(_attempt, study=study, arm=arm)
+    for plan, found in zip(plans, map_in_order(attempt, plans, jobs), strict=True):
         if isinstance(found, RecordedPerson):
             yield found
         elif on_refused is None:
@@ -120,19 +122,6 @@ def load_person(plan: PersonTrials, study: StudyFile, *, arm: str = DEFAULT_ARM)
             continue
         movements.append(MovementOfPerson(trial.labels, motion, found.samples, found.missing))
     return RecordedPerson(plan.subject, plan.side, person, tuple(movements), tuple(failed))
-
-
-def _each(
-    plans: Sequence[PersonTrials], study: StudyFile, arm: str, jobs: int
-) -> Iterator[RecordedPerson | SelfmotionError]:
-    if jobs == 1:
-        yield from (_attempt(plan, study, arm) for plan in plans)
-        return
-    from joblib import Parallel, delayed
-
-    parallel = Parallel(n_jobs=jobs, return_as="generator")
-    found = parallel(delayed(_attempt)(plan, study, arm) for plan in plans)
-    yield from cast("Iterator[RecordedPerson | SelfmotionError]", found)
 
 
 def _attempt(plan: PersonTrials, study: StudyFile, arm: str) -> RecordedPerson | SelfmotionError:
