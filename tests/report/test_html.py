@@ -8,7 +8,16 @@ import pandas as pd
 import pytest
 
 from selfmotion.provenance import Provenance
-from selfmotion.report.html import Footer, Picture, Section, Table, format_number, write_report
+from selfmotion.report.html import (
+    Footer,
+    Link,
+    Picture,
+    Section,
+    Table,
+    format_number,
+    render_report,
+    write_report,
+)
 from selfmotion.report.theme import new_figure, themed
 
 VOID = {"meta", "br", "hr", "img", "link", "input", "path", "use"}
@@ -106,6 +115,23 @@ def test_footer_cites_and_says_where_it_comes_from(parsed):
 
 def test_missing_numbers_are_a_dash(parsed):
     assert "–" in parsed.text
+
+
+def test_links_lead_to_sections_of_their_chapter():
+    places = pd.DataFrame({"where": [Link("Fig 1", "Numbers"), Link("Fig 2", "nowhere")]})
+    sections = [
+        Section("Numbers", chapter=name, tables=(Table(places, "all figures"),))
+        for name in ("One paper", "Another & more")
+    ]
+    checked = Checked()
+    text = render_report("t", sections + [Section("End", ("well",))])
+    checked.feed(text)
+    assert checked.open == [] and len(set(checked.ids)) == len(checked.ids)
+    inside = [r for r in checked.references if "numbers" in r]
+    assert inside.count("#one-paper-numbers") == 2  # contents and table
+    assert inside.count("#another-more-numbers") == 2
+    assert all(r[1:] in checked.ids for r in checked.references)
+    assert "<td>Fig 2</td>" in text and "Another &amp; more" in text
 
 
 def test_same_report_same_bytes(tmp_path):

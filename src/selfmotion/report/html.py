@@ -5,8 +5,9 @@ file is written whole or not at all.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import pandas as pd
@@ -40,12 +41,27 @@ class Picture:
     alt: str
 
 
+@dataclass(frozen=True)
+class Link:
+    """A cell of a table that leads to a section of the same page.
+
+    Attributes:
+        text: what is shown.
+        heading: of the section, within the same chapter; where there is none, the text stands
+            alone.
+    """
+
+    text: str
+    heading: str
+
+
 @dataclass(frozen=True, eq=False)
 class Table:
     """A table with a caption.
 
     Attributes:
-        frame: the rows; the index is not shown. Missing values are shown as a dash.
+        frame: the rows; the index is not shown. Missing values are shown as a dash, a `Link` as a
+            link.
         caption: what it holds, with units.
         digits: significant digits of its numbers.
     """
@@ -67,6 +83,8 @@ class Section:
         charts: interactive figures, after the pictures.
         tables: tables, after the figures.
         warning: something the reader must not miss; shown in a box.
+        chapter: what it belongs to, where a page has chapters; sections of one chapter follow
+            each other.
     """
 
     heading: str
@@ -76,6 +94,7 @@ class Section:
     charts: tuple[Interactive, ...] = ()
     tables: tuple[Table, ...] = ()
     warning: str = ""
+    chapter: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,15 +177,28 @@ def render_report(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    anchors = _anchors([section.heading for section in sections])
+    anchors = _anchors([f"{section.chapter} {section.heading}" for section in sections])
+    places = {(s.chapter, s.heading): a for s, a in zip(sections, anchors, strict=True)}
     scripted = next((anchor for s, anchor in zip(sections, anchors, strict=True) if s.charts), None)
+    parts = [_part(s, a, places, a == scripted) for s, a in zip(sections, anchors, strict=True)]
     return environment.get_template("report.html.j2").render(
         title=title,
         summary=summary,
-        parts=[_part(s, a, a == scripted) for s, a in zip(sections, anchors, strict=True)],
+        chapters=_chapters(parts),
         provenance=[_provenance_rows(p) for p in end.provenance],
         citations=[_citation(key) for key in end.papers],
     )
+
+
+# Anchors of sections by chapter and heading.
+Places = Mapping[tuple[str, str], str]
+
+
+@dataclass(frozen=True)
+class _Cell:
+    text: str
+    number: bool = False
+    anchor: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,10 +207,26 @@ class _Part:
     anchor: str
     svgs: list[Markup]
     charts: list[Markup]
-    tables: list[tuple[str, list[str], list[list[tuple[str, bool]]]]]
+    tables: list[tuple[str, list[str], list[list[_Cell]]]]
 
 
-def _part(section: Section, anchor: str, with_script: bool) -> _Part:
+@dataclass(frozen=True, eq=False)
+class _Chapter:
+    title: str
+    anchor: str
+    parts: list[_Part]
+
+
+def _chapters(parts: list[_Part]) -> list[_Chapter]:
+    """Group the sections that follow each other by chapter; without chapters there is one."""
+    groups = [(title, list(some)) for title, some in groupby(parts, lambda p: p.section.chapter)]
+    anchors = _anchors([f"chapter {title}" for title, _ in groups])
+    return [
+        _Chapter(title, anchor, some) for (title, some), anchor in zip(groups, anchors, strict=True)
+    ]
+
+
+def _part(section: Section, anchor: str, places: Places, with_script: bool) -> _Part:
     svgs = [
         Markup(inline_svg(picture.figure, f"{anchor}-{i}", label=picture.alt))
         for i, picture in enumerate(section.pictures)
@@ -187,29 +235,35 @@ def _part(section: Section, anchor: str, with_script: bool) -> _Part:
         Markup(interactive_html(chart, f"{anchor}-chart-{i}", with_script=with_script and i == 0))
         for i, chart in enumerate(section.charts)
     ]
-    return _Part(section, anchor, svgs, charts, [_cells(table) for table in section.tables])
+    tables = [_cells(table, section.chapter, places) for table in section.tables]
+    return _Part(section, anchor, svgs, charts, tables)
 
 
-def _cells(table: Table) -> tuple[str, list[str], list[list[tuple[str, bool]]]]:
-    """Give caption, header and rows of (text, whether it is a number)."""
+def _cells(table: Table, chapter: str, places: Places) -> tuple[str, list[str], list[list[_Cell]]]:
+    """Give caption, header and rows."""
     header = [str(column).replace("_", " ") for column in table.frame.columns]
     rows = [
-        [_cell(value, table.digits) for value in row]
+        [
+            _Cell(value.text, anchor=places.get((chapter, value.heading), ""))
+            if isinstance(value, Link)
+            else _cell(value, table.digits)
+            for value in row
+        ]
         for row in table.frame.itertuples(index=False, name=None)
     ]
     return table.caption, header, rows
 
 
-def _cell(value: object, digits: int) -> tuple[str, bool]:
+def _cell(value: object, digits: int) -> _Cell:
     if isinstance(value, bool) or type(value).__name__ == "bool":
-        return ("yes" if value else "no"), False
+        return _Cell("yes" if value else "no")
     if value is None or value is pd.NaT or (isinstance(value, float) and value != value):
-        return "–", False
+        return _Cell("–")
     if isinstance(value, float):
-        return format_number(value, digits), True
+        return _Cell(format_number(value, digits), number=True)
     if isinstance(value, int) or type(value).__name__.startswith("int"):
-        return str(value), True
-    return str(value), False
+        return _Cell(str(value), number=True)
+    return _Cell(str(value))
 
 
 def format_number(value: float, digits: int = TABLE_DIGITS) -> str:
