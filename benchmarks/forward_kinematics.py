@@ -157,18 +157,23 @@ def ours(arm: Arm, n_samples: int) -> dict[str, tuple[Callable[[np.ndarray], np.
     def into(q: np.ndarray, threads: int) -> np.ndarray:
         return positions(chain, q, tip, threads=threads, out=out[: len(q)])
 
-    def jacobians(q: np.ndarray, threads: int) -> np.ndarray:
-        parts = [
-            frames_and_jacobian(chain, q[k : k + CHUNK], tip, threads=threads)[0][:, :3, 3]
-            for k in range(0, len(q), CHUNK)
-        ]
-        return np.concatenate(parts)
+    frames, columns = np.empty((CHUNK, 4, 4)), np.empty((CHUNK, 6, arm.n_joints))
+
+    def jacobians(q: np.ndarray, threads: int, again: bool) -> np.ndarray:
+        places = []
+        for k in range(0, len(q), CHUNK):
+            part = q[k : k + CHUNK]
+            filled = (frames[: len(part)], columns[: len(part)]) if again else None
+            T, _ = frames_and_jacobian(chain, part, tip, threads=threads, out=filled)
+            places.append(T[:, :3, 3].copy())
+        return np.concatenate(places)
 
     made = {}
     for t in (1, 2):
         made[f"positions, {t} thread(s)"] = (partial(positions, chain, tip=tip, threads=t), t)
         made[f"positions into out=, {t}"] = (partial(into, threads=t), t)
-        made[f"frames and 6x9 Jacobian, {t}"] = (partial(jacobians, threads=t), t)
+        made[f"frames and Jacobian, {t}"] = (partial(jacobians, threads=t, again=False), t)
+        made[f"frames and Jacobian, out=, {t}"] = (partial(jacobians, threads=t, again=True), t)
     made["frames"] = (lambda q: forward_kinematics(chain, q, tip)[:, :3, 3], 1)
     return made
 

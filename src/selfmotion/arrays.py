@@ -56,6 +56,17 @@ def require_shape(name: str, array: np.ndarray, shape: tuple[int | None, ...]) -
         raise ShapeError(f"{name}: expected shape ({wanted}), found {array.shape}")
 
 
+def require_fillable(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:
+    """Check an array that a caller gives to be filled.
+
+    Raises:
+        ShapeError: it has another shape, is read-only, or not of 64-bit floats in C order.
+    """
+    require_shape(name, array, shape)
+    if not (array.flags.c_contiguous and array.flags.writeable and array.dtype == np.float64):
+        raise ShapeError(f"{name}: expected a writable array of 64-bit floats in C order")
+
+
 def require_finite(name: str, array: np.ndarray) -> None:
     """Check that every entry is finite.
 

@@ -8,7 +8,7 @@ from selfmotion.arms import load_arm
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError
 from selfmotion.kinematics.chain import GROUND, Chain, CoupledCurve, Coupling, Tip
 from selfmotion.kinematics.fast_position import path_arrays, positions
-from selfmotion.kinematics.forward import forward_kinematics, frames_and_jacobian
+from selfmotion.kinematics.forward import body_frames, forward_kinematics, frames_and_jacobian
 from selfmotion.kinematics.serial_path import SerialPath
 from selfmotion.kinematics.sine_cosine import sine_cosine
 from selfmotion.spatial import exp_rotation, transform
@@ -85,7 +85,7 @@ def test_a_tip_on_the_ground_stays_there():
 
 def test_bad_input():
     chain = random_tree(np.random.default_rng(5))
-    with pytest.raises(ShapeError, match=r"expected \(samples, 7\)"):
+    with pytest.raises(ShapeError, match=r"expected \(7,\) or \(samples, 7\)"):
         positions(chain, np.zeros((2, 6)), Tip(6))
     with pytest.raises(NotFiniteError, match=r"q\[1, 6\] = nan"):
         positions(chain, [[0.0] * 7, [0.0] * 6 + [np.nan]], Tip(6))
@@ -159,3 +159,36 @@ def test_jacobian_of_many_is_the_derivative_and_threads_change_nothing(joint):
         spin = slope[:, :3, :3] @ np.swapaxes(T[:99, :3, :3], 1, 2)
         turn = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)
         np.testing.assert_allclose(J[:99, 3:, j], turn, atol=1e-8)
+
+
+def test_frames_and_jacobians_fill_arrays_that_are_given():
+    chain, rng = random_tree(np.random.default_rng(5)), np.random.default_rng(9)
+    tip, q = Tip(6, transform(None, [0.1, 0.2, 0.3])), rng.uniform(-2, 2, (300, 7))
+    T, J = np.full((300, 4, 4), np.nan), np.full((300, 6, 7), np.nan)
+    found = frames_and_jacobian(chain, q, tip, out=(T, J))
+    assert found[0] is T and found[1] is J
+    for given, new in zip((T, J), frames_and_jacobian(chain, q, tip), strict=True):
+        np.testing.assert_array_equal(given, new)
+    assert (J[:, :, [2, 4, 5]] == 0).all()  # joints that do not carry the tip
+    with pytest.raises(ShapeError, match=r"out\[1\]: expected shape \(300, 6, 7\)"):
+        frames_and_jacobian(chain, q, tip, out=(T, J[:, :3]))
+    with pytest.raises(NotFiniteError, match=r"q\[3, 2\] = nan"):
+        q[3, 2] = np.nan
+        frames_and_jacobian(chain, q, tip)
+    assert frames_and_jacobian(chain, q[:0], tip)[1].shape == (0, 6, 7)
+
+
+@pytest.mark.parametrize("twist", [1e-11, 1e-8, 1e-5])
+def test_axes_that_are_parallel_but_for_rounding(twist):
+    """The common normal of such axes is not known to better than the rounding of the matrix."""
+    rng = np.random.default_rng(10)
+    turn = exp_rotation(np.array([0.0, 0, 0.4])) @ exp_rotation(np.array([twist, 0, 0]))
+    noise = 1e-16 * rng.normal(size=(3, 3))
+    offsets = np.stack([transform(turn @ exp_rotation(np.array([0, 0, 0.3])) + noise, [0.3, 0, 0])])
+    along, limit = np.array([[0.0, 0, 1]]), np.array([2.0])
+    chain = Chain(("a",), np.array([GROUND]), np.zeros(1, int), along, offsets, -limit, limit)
+    tip = Tip(0, transform(None, [0.5, 0.0, 0.0]))
+    q = rng.uniform(-2, 2, (50, 1))
+    expected = body_frames(chain, q)[:, 0] @ tip.transform
+    np.testing.assert_allclose(forward_kinematics(chain, q, tip), expected, atol=1e-15)
+    np.testing.assert_allclose(positions(chain, q, tip), expected[:, :3, 3], atol=1e-15)

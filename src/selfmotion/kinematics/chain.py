@@ -19,6 +19,8 @@ from selfmotion.spatial import rotation_taking_z_to
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
+    from selfmotion.kinematics.serial_path import SerialPath
+
 REVOLUTE, PRISMATIC = 0, 1
 GROUND = -1  # parent of the first joints, and the body that never moves
 
@@ -205,14 +207,28 @@ class Chain:
             ShapeError: q does not have one column for each free coordinate.
             NotFiniteError: q holds NaN or infinite values.
         """
+        array = self.shaped(q)
+        require_finite("q", array)
+        return array
+
+    def shaped(self, q: ArrayLike) -> Float[np.ndarray, "samples coords"]:
+        """Give q, (n,) or (K, n), as (K, n); whoever calls looks for NaN.
+
+        Raises:
+            ShapeError: q does not have one column for each free coordinate.
+        """
         array = as_float_array("q", q)
         if array.ndim not in (1, 2) or array.shape[-1] != self.n_coordinates:
             raise ShapeError(
                 f"q has shape {array.shape}; expected ({self.n_coordinates},) or "
                 f"(samples, {self.n_coordinates}) for {', '.join(self.coordinates)}"
             )
-        require_finite("q", array)
         return np.atleast_2d(array)
+
+    @cached_property
+    def rewritten(self) -> dict[int, "SerialPath"]:
+        """What `SerialPath.of` has made of the joints up to some of them."""
+        return {}
 
     @cached_property
     def z_frames(self) -> "ZFrames":

@@ -15,13 +15,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import as_float_array, require_finite, require_shape
-from selfmotion.errors import ShapeError
+from selfmotion.arrays import require_fillable, require_finite
 from selfmotion.kinematics import sine_cosine as trigonometry
 from selfmotion.kinematics.chain import GROUND, Chain, Tip
 from selfmotion.kinematics.compiled import compiled
 from selfmotion.kinematics.serial_path import SerialPath
-from selfmotion.kinematics.sine_cosine import FAR, sine_cosine
+from selfmotion.kinematics.sine_cosine import n_far, sine_cosine
 from selfmotion.kinematics.threads import share
 
 # Samples in a block: angles and positions of one block stay in the first-level cache.
@@ -45,15 +44,6 @@ class PathArrays(NamedTuple):
     shift: np.ndarray
     base: np.ndarray
     tip: np.ndarray
-
-
-@compiled(**_KERNEL)
-def _n_far(flat):
-    """Count values that the polynomials are not for; NaN is one. Reads the block in order, too."""
-    count = 0
-    for i in range(flat.shape[0]):
-        count += np.int64(not abs(flat[i]) < FAR)
-    return count
 
 
 @compiled(**_KERNEL)
@@ -121,7 +111,7 @@ def _positions(path, values, flat, out):
     for first in range(0, values.shape[0], BLOCK):
         n = min(BLOCK, values.shape[0] - first)
         block = values[first : first + n]
-        far = _n_far(flat[first * n_columns : (first + n) * n_columns])
+        far = n_far(flat[first * n_columns : (first + n) * n_columns])
         all_far += far
         x[:], y[:], z[:] = path.tip[0], path.tip[1], path.tip[2]
         for i in range(path.column.shape[0] - 1, -1, -1):
@@ -175,17 +165,10 @@ def positions(
         >>> positions(arm.chain, q, arm.tip("hand")).round(6)[0, :2].tolist()
         [0.25, 0.3]
     """
-    samples = np.atleast_2d(as_float_array("q", q))
-    if samples.ndim != 2 or samples.shape[1] != chain.n_coordinates:
-        raise ShapeError(
-            f"q has shape {np.shape(q)}; expected (samples, {chain.n_coordinates}) "
-            f"for {', '.join(chain.coordinates)}"
-        )
+    samples = chain.shaped(q)
     if out is None:
         out = np.empty((len(samples), 3))
-    require_shape("out", out, (len(samples), 3))
-    if not (out.flags.c_contiguous and out.flags.writeable and out.dtype == np.float64):
-        raise ShapeError("out: expected a writable array of 64-bit floats in C order")
+    require_fillable("out", out, (len(samples), 3))
     if tip.joint == GROUND:
         require_finite("q", samples)
         out[:] = tip.transform[:3, 3]
@@ -222,6 +205,6 @@ def path_arrays(path: SerialPath) -> PathArrays:
         cosine[:n],
         sine[:n],
         path.shift[:n],
-        np.array([np.cos(path.base_angle), np.sin(path.base_angle)]),
+        path.base,
         np.ascontiguousarray(tip),
     )

@@ -7,12 +7,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import require_shape
+from selfmotion.arrays import require_fillable, require_finite, require_shape
 from selfmotion.kinematics import kernels
 from selfmotion.kinematics.chain import GROUND, Chain, Tip
-from selfmotion.kinematics.serial_path import joints_to
 from selfmotion.kinematics.threads import share
-from selfmotion.kinematics.tip_kernel import TipPath, tip_frames
+from selfmotion.kinematics.tip_kernel import tip_frames, tip_path
 
 # Samples below which a second thread costs more than it saves.
 SAMPLES_PER_THREAD = 5_000
@@ -41,7 +40,10 @@ def forward_kinematics(chain: Chain, q: ArrayLike, tip: Tip) -> Float[np.ndarray
         >>> T[0, :2, 3].round(3).tolist()
         [0.25, 0.3]
     """
-    return _tip(chain, chain.joint_values(q), tip, np.empty((0, 6, 0)))
+    samples = chain.shaped(q)
+    T = np.empty((len(samples), 4, 4))
+    _fill(chain, samples, tip, T, np.empty((len(samples), 6, 0)))
+    return T
 
 
 def geometric_jacobian(
@@ -60,19 +62,44 @@ def geometric_jacobian(
 
 
 def frames_and_jacobian(
-    chain: Chain, q: ArrayLike, tip: Tip, *, threads: int = 1
+    chain: Chain,
+    q: ArrayLike,
+    tip: Tip,
+    *,
+    threads: int = 1,
+    out: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[Float[np.ndarray, "samples 4 4"], Float[np.ndarray, "samples 6 coords"]]:
     """Give both, in one pass: frames (K, 4, 4) and Jacobians (K, 6, n) of a tip.
 
     Memory sets the pace of many samples (560 bytes each for nine joints): some ten thousand at a
     time stay in the caches, and threads share the rest.
+
+    Args:
+        chain: the joints.
+        q: (n,) or (K, n) free coordinates (rad or m).
+        tip: the frame wanted.
+        threads: how many threads share the samples.
+        out: frames (K, 4, 4) and Jacobians (K, 6, n) to fill, in C order; memory that is used
+            again spares the time that a system takes to hand out new pages.
+
+    Raises:
+        ShapeError: q does not fit the chain, or out does not fit q.
+        NotFiniteError: q holds NaN or infinite values.
+        RangeError: fewer than one thread.
     """
-    samples = chain.as_samples(q)
-    values = chain.coupling.value(samples)
-    J = np.zeros((len(samples), 6, len(chain.names)))
-    T = _tip(chain, values, tip, J, threads)
-    if not chain.coupling.is_identity:
-        J = J @ chain.coupling.derivative(samples)
+    samples = chain.shaped(q)
+    K, n = samples.shape
+    if out is None:
+        out = np.empty((K, 4, 4)), np.empty((K, 6, n))
+    T, J = out
+    require_fillable("out[0]", T, (K, 4, 4))
+    require_fillable("out[1]", J, (K, 6, n))
+    if chain.coupling.is_identity:
+        _fill(chain, samples, tip, T, J, threads)
+    else:
+        of_joints = np.empty((K, 6, len(chain.names)))
+        _fill(chain, samples, tip, T, of_joints, threads)
+        np.matmul(of_joints, chain.coupling.derivative(samples), out=J)
     return T, J
 
 
@@ -105,21 +132,34 @@ def tip_positions(
     return out
 
 
-def _tip(
-    chain: Chain, values: np.ndarray, tip: Tip, jacobian: np.ndarray, threads: int = 1
-) -> np.ndarray:
-    """Give frames of a tip, which may be fixed to the ground; fill its Jacobian unless empty."""
+def _fill(
+    chain: Chain,
+    samples: np.ndarray,
+    tip: Tip,
+    T: np.ndarray,
+    jacobian: np.ndarray,
+    threads: int = 1,
+) -> None:
+    """Fill frames of a tip, which may be fixed to the ground, and its Jacobian by all joints.
+
+    A Jacobian without columns is none.
+
+    Raises:
+        NotFiniteError: a sample holds NaN or infinite values.
+    """
     require_shape("tip.transform", tip.transform, (4, 4))
     if tip.joint == GROUND:
-        return np.repeat(tip.transform[None], len(values), axis=0)
-    z, path = chain.z_frames, np.array(joints_to(chain, tip))
-    left = z.to_body[tip.joint]
-    R, p = np.ascontiguousarray(left @ tip.transform[:3, :3]), left @ tip.transform[:3, 3]
-    model = TipPath(path, z.joint_type, z.rotations, z.translations, R, p)
-    T = np.empty((len(values), 4, 4))
+        require_finite("q", samples)
+        T[:], jacobian[:] = tip.transform, 0.0
+        return
+    path, values = tip_path(chain, tip), chain.coupling.value(samples)
+    frames, columns = T.reshape(-1, 16), jacobian.reshape(len(T), 6 * jacobian.shape[2])
+    suspects = []
 
     def work(a: int, b: int) -> None:
-        tip_frames(model, values[a:b], T[a:b], jacobian[a:b])
+        part = values[a:b]
+        suspects.append(tip_frames(path, part, part.reshape(-1), frames[a:b], columns[a:b]))
 
     share(work, len(values), threads, least=SAMPLES_PER_THREAD)
-    return T
+    if any(suspects):
+        require_finite("q", samples)

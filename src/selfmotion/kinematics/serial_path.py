@@ -5,7 +5,8 @@ turns merge with the angles of the joints on either side, so that what remains b
 one twist about x and one shift: every chain becomes a modified Denavit-Hartenberg chain.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -53,6 +54,17 @@ class SerialPath:
     offset: Float[np.ndarray, " path"]
     curves: tuple[CoupledCurve, ...]
 
+    @cached_property
+    def steps(self) -> Float[np.ndarray, "path 6"]:
+        """Angle offset, cosine and sine of the twist, and shift, for each joint."""
+        twist = np.cos(self.twist), np.sin(self.twist)
+        return freeze(np.column_stack([self.angle_offset, *twist, self.shift]))
+
+    @cached_property
+    def base(self) -> Float[np.ndarray, "2"]:
+        """Cosine and sine of the first turn."""
+        return freeze(np.array([np.cos(self.base_angle), np.sin(self.base_angle)]))
+
     @classmethod
     def of(cls, chain: Chain, tip: Tip) -> "SerialPath":
         """Rewrite the joints that carry a tip.
@@ -60,9 +72,22 @@ class SerialPath:
         Raises:
             ModelError: the tip is fixed to the ground, so that no joint moves it.
         """
-        joints = joints_to(chain, tip)
-        if not joints:
+        if tip.joint == GROUND:
             raise ModelError("the tip is fixed to the ground: no joint moves it")
+        path = cls.up_to(chain, int(tip.joint))
+        R, p = tip_in_path(chain, tip)
+        return replace(path, tip_rotation=R, tip_position=p)
+
+    @classmethod
+    def up_to(cls, chain: Chain, last: int) -> "SerialPath":
+        """Rewrite the joints up to one of them, once; the tip is the frame of the last one."""
+        if last not in chain.rewritten:
+            chain.rewritten[last] = cls._up_to(chain, last)
+        return chain.rewritten[last]
+
+    @classmethod
+    def _up_to(cls, chain: Chain, last: int) -> "SerialPath":
+        joints = joints_to(chain, last)
         z = chain.z_frames
         n_path = len(joints)
         twist, angle = np.zeros(n_path), np.zeros(n_path)
@@ -76,7 +101,6 @@ class SerialPath:
             else:
                 angle[i - 1] += before
             angle[i] += after
-        left = z.to_body[joints[-1]]
         position = {j: i for i, j in enumerate(joints)}
         curves = tuple(
             CoupledCurve(position[c.joint], c.coordinate, c.curve)
@@ -90,17 +114,24 @@ class SerialPath:
             freeze(shift),
             freeze(angle),
             base,
-            freeze(np.ascontiguousarray(left @ tip.transform[:3, :3])),
-            freeze(left @ tip.transform[:3, 3]),
+            freeze(np.eye(3)),
+            freeze(np.zeros(3)),
             freeze(np.ascontiguousarray(chain.coupling.matrix[joints])),
             freeze(np.ascontiguousarray(chain.coupling.offset[joints])),
             curves,
         )
 
 
-def joints_to(chain: Chain, tip: Tip) -> list[int]:
-    """Give the joints from the ground to the tip."""
-    joints, i = [], int(tip.joint)
+def tip_in_path(chain: Chain, tip: Tip) -> tuple[np.ndarray, np.ndarray]:
+    """Give rotation and position (m) of a tip in the frame of the last joint of its path."""
+    left = chain.z_frames.to_body[tip.joint]
+    R = np.ascontiguousarray(left @ tip.transform[:3, :3])
+    return freeze(R), freeze(left @ tip.transform[:3, 3])
+
+
+def joints_to(chain: Chain, last: int) -> list[int]:
+    """Give the joints from the ground to one of them."""
+    joints, i = [], last
     while i != GROUND:
         joints.append(i)
         i = int(chain.parent[i])
@@ -120,5 +151,6 @@ def _turn_twist_turn(R: np.ndarray) -> tuple[float, float, float]:
             return 0.0, 0.0, float(np.arctan2(R[1, 0], R[0, 0]))
         return 0.0, float(np.pi), float(np.arctan2(-R[1, 0], R[0, 0]))
     a = float(np.arctan2(R[0, 2], -R[1, 2]))
-    c = float(np.arctan2(R[2, 0], R[2, 1]))
-    return a, float(np.arctan2(sine, R[2, 2])), c
+    # A small twist leaves its axis uncertain: the last turn undoes what the first may be off.
+    first = _about_z(-a)[0] @ R
+    return a, float(np.arctan2(sine, R[2, 2])), float(np.arctan2(-first[1], first[0]))

@@ -69,3 +69,12 @@ def sine_cosine(angle):
     r = np.int64(np.float64(r).view(np.int64) ^ flip).view(np.float64)
     c = np.int64(np.float64(c).view(np.int64) ^ flip).view(np.float64)
     return s * r, c
+
+
+@njit(cache=True, nogil=True)
+def n_far(flat):
+    """Count values that the polynomials are not for; NaN is one. Reads them in order, too."""
+    count = 0
+    for i in range(flat.shape[0]):
+        count += np.int64(not abs(flat[i]) < FAR)
+    return count

@@ -27,5 +27,7 @@ def share(work: Callable[[int, int], None], n_items: int, threads: int, *, least
         work(0, n_items)
         return
     edges = np.linspace(0, n_items, used + 1).astype(int).tolist()
-    with ThreadPoolExecutor(used) as pool:
-        list(pool.map(work, edges[:-1], edges[1:]))
+    with ThreadPoolExecutor(used - 1) as pool:
+        others = pool.map(work, edges[1:-1], edges[2:])
+        work(edges[0], edges[1])
+        list(others)

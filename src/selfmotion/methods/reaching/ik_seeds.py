@@ -176,7 +176,7 @@ def model_of(task: HandRows) -> Model:
         np.cos(path.twist),
         np.sin(path.twist),
         path.shift,
-        np.array([np.cos(path.base_angle), np.sin(path.base_angle)]),
+        path.base,
         path.tip_rotation,
         path.tip_position,
         path.matrix,
