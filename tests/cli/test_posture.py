@@ -206,24 +206,29 @@ def urdf_of_lengths(shoulder: np.ndarray, upper_arm: float, forearm: float) -> s
 def test_a_robot_of_other_lengths_holds_the_pose_with_the_natural_swivel_angle(
     arm, tmp_path: Path, capsys: Capture
 ) -> None:
-    from selfmotion.arms.mjcf_urdf import ModelChoices, read_model
-    from selfmotion.kinematics.swivel import arm_swivel_angle
-
+    pin = pytest.importorskip("pinocchio", reason="needs pinocchio, to ask what the robot does")
     home = np.clip(np.zeros(7), arm.lower, arm.upper)
     shoulder = forward_kinematics(arm.chain, home, arm.tip("shoulder"))[0, :3, 3]
     robot = written(tmp_path / "robot.urdf", urdf_of_lengths(shoulder, 0.36, 0.33))
     file = written(tmp_path / "p.csv", HEADER + GOOD + "\n")
-    found = answered(capsys, "posture", file, "--robot", robot, "--hold", "trunk_turn=0")
+    options = ("--robot", robot, "--hold", "trunk_turn=0")
+    found = answered(capsys, "posture", file, *options)
     pose = found["poses"][0]
     assert pose["robot"]["status"] == "natural swivel angle"
-    up, forward = (tuple(float(x) for x in v) for v in (arm.up, arm.forward))
-    choices = ModelChoices(held={"trunk_turn": 0.0}, up=up, forward=forward)  # type: ignore[arg-type]
-    machine = read_model(robot, choices)
-    q = pose["robot"]["q"]
-    T = forward_kinematics(machine.chain, q, machine.tip("hand"))[0]
-    np.testing.assert_allclose(T[:3, 3], [float(v) for v in GOOD.split(",")[5:]], atol=1e-8)
-    off = arm_swivel_angle(machine, q)[0] - pose["swivel"]
-    assert (off + np.pi) % (2 * np.pi) - np.pi == pytest.approx(0.0, abs=1e-7)
+    model = pin.buildModelFromUrdf(str(robot))
+    data, q = model.createData(), pin.neutral(model)
+    for name, angle in zip(found["robot_joints"], pose["robot"]["q"], strict=True):
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    pin.framesForwardKinematics(model, data, q)
+    hand = pin.SE3ToXYZQUAT(data.oMf[model.getFrameId("hand")])
+    row = np.array([float(cell) for cell in GOOD.split(",")])
+    np.testing.assert_allclose(hand[:3], row[5:], atol=1e-8)
+    assert abs(hand[3:] @ row[1:5]) == pytest.approx(1.0, abs=1e-8)
+    E, W = (data.oMi[model.getJointId(f"j_{name}")].translation for name in ("forearm", "wrist1"))
+    line = (W - shoulder) / np.linalg.norm(W - shoulder)
+    out, down = (v - line * (line @ v) for v in (E - shoulder, np.array([0.0, 0.0, -1.0])))
+    swivel = np.arctan2(np.cross(out, down) @ line, out @ down)
+    assert np.cos(swivel - pose["swivel"]) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_a_robot_with_a_trunk_joint_is_told_to_hold_it(tmp_path: Path, capsys: Capture) -> None:

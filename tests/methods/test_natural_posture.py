@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from selfmotion.arms.person_with_muscles import PersonSize, myoarm_of_person
 from selfmotion.arms.with_muscles import load_musculoskeletal_arm
 from selfmotion.errors import FileFormatError, RangeError, UnknownNameError
 from selfmotion.kinematics.forward import forward_kinematics
@@ -14,7 +15,9 @@ from selfmotion.methods.natural_posture import (
     natural_posture,
     natural_postures,
 )
+from selfmotion.muscles.fitted import mirror_muscles
 from selfmotion.muscles.static_optimization import EffortOptions, muscle_effort
+from selfmotion.redundancy.refine import refine
 
 
 @pytest.fixture(scope="module")
@@ -64,6 +67,28 @@ def test_the_least_effort_is_that_of_a_dense_sweep(model, finder):
         turn = 2 * np.pi * np.round((at - found.swivel) / (2 * np.pi))
         tied = [m for m in found.minima if m.tied]
         assert len(tied) > 1 or low - slack <= at - turn <= high + slack
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_no_posture_of_a_scaled_arm_holds_the_pose_with_less_effort(side):
+    """Against a sweep at a twentieth of a degree, and postures found without the manifold."""
+    size = PersonSize({"upper_arm": 0.33, "forearm": 0.24, "hand": 0.09}, 1.4, "mass")
+    own = myoarm_of_person(size) if side == "right" else mirror_muscles(myoarm_of_person(size))
+    finder, arm, rng = PostureFinder.of(own), own.arm, np.random.default_rng(5)
+    for q, T in zip(
+        arm.random_postures(2, np.random.default_rng(6)), poses(own, 2, 6), strict=True
+    ):
+        found = finder.find(T)
+        best, at = sweep(own, finder.manifolds.find(T), 0.05)
+        assert found.effort <= best * (1 + 1e-3)
+        wide = 0.5 * np.ptp(found.minima[0].valley)
+        gap = abs((at - found.swivel + np.pi) % (2 * np.pi) - np.pi)
+        assert sum(m.tied for m in found.minima) > 1 or gap < max(np.deg2rad(0.2), wide)
+        free = refine(arm, arm.random_postures(30, rng), T)
+        inside = free.reached & ((free.q >= arm.lower) & (free.q <= arm.upper)).all(axis=1)
+        others = muscle_effort(own, np.vstack([q, free.q[inside]]))
+        held = np.array([bool(s) for s in others.status])
+        assert (others.effort[held] >= found.effort * (1 - 1e-3)).all()
 
 
 @pytest.mark.long
