@@ -91,3 +91,25 @@ def static_optimization(osim, file: Path, values: dict[str, float], folder: Path
     table = osim.TimeSeriesTable(str(next(folder.glob("*activation*"))))
     row = np.array(table.getRowAtIndex(0).to_numpy())
     return dict(zip(table.getColumnLabels(), row, strict=True))
+
+
+def one_muscle(osim, kind: str, pennation: float):
+    """Give a model of one muscle along a slide: 1000 N, fibre 0.1 m, tendon 0.2 m."""
+    model = osim.Model()
+    ground, zero = model.getGround(), osim.Vec3(0, 0, 0)
+    body = osim.Body("slide", 1.0, zero, osim.Inertia(1))
+    model.addBody(body)
+    joint = osim.SliderJoint("joint", ground, zero, zero, body, zero, zero)
+    joint.updCoordinate().setName("x")
+    model.addJoint(joint)
+    muscle = getattr(osim, kind)()
+    muscle.setName("m")
+    muscle.setMaxIsometricForce(1000.0)
+    muscle.setOptimalFiberLength(0.1)
+    muscle.setTendonSlackLength(0.2)
+    muscle.setPennationAngleAtOptimalFiberLength(pennation)
+    muscle.addNewPathPoint("a", ground, zero)
+    muscle.addNewPathPoint("b", body, zero)
+    model.addForce(muscle)
+    model.finalizeConnections()
+    return model

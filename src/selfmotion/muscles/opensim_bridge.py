@@ -19,7 +19,8 @@ from selfmotion.errors import FileFormatError, MissingExtraError, ModelError
 from selfmotion.kinematics.chain import Coupling
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.muscles.hill import MuscleSet
-from selfmotion.muscles.opensim_forces import Curves, LimitForces, OpensimForces
+from selfmotion.muscles.opensim_curves import read_curves
+from selfmotion.muscles.opensim_forces import LimitForces, OpensimForces
 from selfmotion.muscles.osim_reader import OsimReader, model_coordinates
 
 _DEGREE = np.pi / 180.0
@@ -197,41 +198,9 @@ def _muscle_set(model: Any) -> MuscleSet:
 
 def _forces(osim: Any, model: Any, muscles: MuscleSet, convention: str) -> OpensimForces:
     found = [model.getMuscles().get(i) for i in range(len(muscles.names))]
-    shortest = []
-    for m in found:
-        millard = osim.Millard2012EquilibriumMuscle.safeDownCast(m)
-        shortest.append(0.0 if millard is None else millard.getMinimumFiberLength())
     fastest = np.array([m.getMaxContractionVelocity() for m in found])
-    curves = tuple(_curves(osim, m) for m in found)
-    return OpensimForces(muscles, curves, fastest, np.array(shortest), convention)
-
-
-def _curves(osim: Any, muscle: Any) -> Curves:
-    """Give the force curves of one muscle."""
-    millard = osim.Millard2012EquilibriumMuscle.safeDownCast(muscle)
-    if millard is not None:
-        active = millard.getActiveForceLengthCurve()
-        passive, velocity = millard.getFiberForceLengthCurve(), millard.getForceVelocityCurve()
-        return active.calcValue, passive.calcValue, velocity.calcValue
-    thelen = osim.Thelen2003Muscle.safeDownCast(muscle)
-    if thelen is None:
-        kind = muscle.getConcreteClassName()
-        raise ModelError(f"muscle {muscle.getName()!r} is a {kind}, which is not represented")
-    width, stiff = thelen.get_KshapeActive(), thelen.get_KshapePassive()
-    strain = thelen.get_FmaxMuscleStrain()
-
-    def active_force(x: float) -> float:
-        return float(np.exp(-((x - 1.0) ** 2) / width))
-
-    def passive_force(x: float) -> float:
-        return float(np.expm1(stiff * max(x - 1.0, 0.0) / strain) / np.expm1(stiff))
-
-    def at_rest(speed: float) -> float:
-        if speed != 0.0:
-            raise ModelError("muscles of kind Thelen2003Muscle are represented at rest only")
-        return 1.0
-
-    return active_force, passive_force, at_rest
+    curves = tuple(read_curves(osim, m) for m in found)
+    return OpensimForces(muscles, curves, fastest, convention)
 
 
 def _limit_forces(osim: Any, model: Any, names: tuple[str, ...]) -> LimitForces | None:

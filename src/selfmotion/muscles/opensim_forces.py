@@ -1,20 +1,19 @@
 """Forces of OpenSim muscles and coordinate limits, from the parameters that a bridge has read.
 
 With the convention ``opensim``, active force is what OpenSim's static optimisation uses
-(`calcInextensibleTendonActiveFiberForce`): it takes the pennation angle at the *normalised* fibre
-length, so that its cosine is nearly 1. With ``plain`` the angle is the true one.
+(`calcInextensibleTendonActiveFiberForce`), with the cosine of pennation that it takes for this
+kind of muscle (`opensim_curves`). With ``plain`` the angle is the true one.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from selfmotion.muscles.hill import MuscleSet, fibre_length
-
-# Active and passive force over normalised fibre length, and active force over normalised speed.
-Curves = tuple[Callable[[float], float], Callable[[float], float], Callable[[float], float]]
+from selfmotion.muscles.opensim_curves import NONE, NORMALISED, Curves
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +24,12 @@ class OpensimForces:
         muscles: constants of the M muscles.
         curves: of each muscle.
         fastest: (M,) greatest shortening velocity (fibre lengths per second).
-        shortest: (M,) fibre length (m) at and below which there is no active force.
         convention: opensim or plain.
     """
 
     muscles: MuscleSet
     curves: tuple[Curves, ...]
     fastest: Float[np.ndarray, " muscles"]
-    shortest: Float[np.ndarray, " muscles"]
     convention: str
 
     def full_activation(
@@ -41,34 +38,47 @@ class OpensimForces:
         velocities: Float[np.ndarray, "samples muscles"] | None = None,
     ) -> Float[np.ndarray, "samples muscles"]:
         """Give the active force (N) at activation 1 along the tendon."""
-        fibre, true_cosine = self._fibre(lengths)
-        force = self.muscles.max_force * self._each(0, fibre) * self._cosine(fibre, true_cosine)
+        fibre, true_cosine = fibre_length(self.muscles, lengths)
+        share = _each([c.active for c in self.curves], fibre)
+        force = self.muscles.max_force * share * self._cosine(fibre, true_cosine)
         if velocities is not None:
             speed = velocities * true_cosine / (self.muscles.fibre * self.fastest)
-            force = force * self._each(2, speed)
-        return np.where(fibre * self.muscles.fibre > self.shortest, force, 0.0)
+            force = force * _each([c.velocity for c in self.curves], speed)
+        return np.where(fibre * self.muscles.fibre > self._shortest, force, 0.0)
 
     def passive(
         self, lengths: Float[np.ndarray, "samples muscles"]
     ) -> Float[np.ndarray, "samples muscles"]:
         """Give the passive force (N) along the tendon of stretched muscles."""
-        fibre, cosine = self._fibre(lengths)
-        return self.muscles.max_force * self._each(1, fibre) * cosine
+        fibre, cosine = fibre_length(self.muscles, lengths)
+        return self.muscles.max_force * _each([c.passive for c in self.curves], fibre) * cosine
 
-    def _fibre(self, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return fibre_length(self.muscles, lengths)
+    @cached_property
+    def _shortest(self) -> Float[np.ndarray, " muscles"]:
+        return np.array([c.shortest for c in self.curves])
+
+    @cached_property
+    def _kinds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Tell which muscles take the angle at the normalised length, and which take none."""
+        kinds = np.array([c.cosine for c in self.curves])
+        return kinds == NORMALISED, kinds == NONE
 
     def _cosine(self, fibre: np.ndarray, true_cosine: np.ndarray) -> np.ndarray:
         if self.convention == "plain":
             return true_cosine
-        height = self.muscles.fibre * np.sin(self.muscles.pennation)
-        return np.sqrt(np.maximum(1.0 - (height / np.maximum(fibre, 1e-9)) ** 2, 0.0))
+        normalised, none = self._kinds
+        near_one = np.sqrt(
+            np.maximum(1.0 - (self.muscles.height / np.maximum(fibre, 1e-9)) ** 2, 0)
+        )
+        return np.where(none, 1.0, np.where(normalised, near_one, true_cosine))
 
-    def _each(self, which: int, x: np.ndarray) -> np.ndarray:
-        out = np.empty_like(x)
-        for m, curves in enumerate(self.curves):
-            out[:, m] = [curves[which](float(value)) for value in x[:, m]]
-        return out
+
+def _each(curves: list[Callable[[float], float]], x: np.ndarray) -> np.ndarray:
+    """Evaluate the curve of each muscle at (K, M) places."""
+    columns = [
+        [curve(v) for v in column] for curve, column in zip(curves, x.T.tolist(), strict=True)
+    ]
+    return np.array(columns).T
 
 
 @dataclass(frozen=True, eq=False)
