@@ -64,26 +64,31 @@ def _add_muscles(osim, model) -> None:
         model.addForce(muscle)
 
 
-def static_optimization(osim, file: Path, values: dict[str, float], folder: Path) -> dict:
-    """Give activations by OpenSim's own analysis at a posture held still, tolerance 1e-8."""
+TIME = np.linspace(0.0, 1.0, 101)  # of a motion that OpenSim analyses
+MIDDLE = 50
+
+
+def static_optimization(osim, file: Path, values: dict[str, np.ndarray], folder: Path) -> dict:
+    """Give activations by OpenSim's own analysis amid a motion over `TIME`, tolerance 1e-8."""
     motion = folder / "posture.mot"
-    rows = [f"{0.1 * i}\t" + "\t".join(f"{v:.15g}" for v in values.values()) for i in range(11)]
-    head = ["posture", "version=1", "nRows=11", f"nColumns={len(values) + 1}", "inDegrees=no"]
-    lines = [*head, "endheader", "time\t" + "\t".join(values), *rows, ""]
+    table = np.column_stack([TIME, *values.values()])
+    rows = ["\t".join(f"{v:.15g}" for v in row) for row in table]
+    head = ["posture", "version=1", f"nRows={len(rows)}", f"nColumns={len(values) + 1}"]
+    lines = [*head, "inDegrees=no", "endheader", "time\t" + "\t".join(values), *rows, ""]
     motion.write_text("\n".join(lines))
     model = osim.Model(str(file))
     model.initSystem()
     analysis = osim.StaticOptimization()
-    analysis.setStartTime(0.4)
-    analysis.setEndTime(0.5)
+    analysis.setStartTime(TIME[MIDDLE])
+    analysis.setEndTime(TIME[MIDDLE + 1])
     analysis.setConvergenceCriterion(1e-8)
     analysis.setMaxIterations(3000)
     model.addAnalysis(analysis)
     tool = osim.AnalyzeTool(model)
     tool.setName("oracle")
     tool.setCoordinatesFileName(str(motion))
-    tool.setInitialTime(0.4)
-    tool.setFinalTime(0.5)
+    tool.setInitialTime(TIME[MIDDLE])
+    tool.setFinalTime(TIME[MIDDLE + 1])
     tool.setResultsDir(str(folder))
     tool.setLowpassCutoffFrequency(-1.0)
     tool.setLoadModelAndInput(True)

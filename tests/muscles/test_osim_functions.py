@@ -39,8 +39,12 @@ def test_a_spline_on_a_line_is_that_line():
 
 def test_limit_torque_rises_smoothly_beyond_a_limit():
     one = np.ones(1)
-    limits = LimitForces(np.zeros(1, dtype=int), one, 0 * one, 4 * one, 2 * one, 0.5 * one)
+    limits = LimitForces(
+        np.zeros(1, dtype=int), one, 0 * one, 4 * one, 2 * one, 0.5 * one, 0.3 * one
+    )
     q = np.array([[0.5], [1.25], [2.0], [-1.0]])
     torque = limits(q)[:, 0]
     # Half way through the transition the step is 1/2.
     assert torque == pytest.approx([0.0, -4 * 0.5 * 0.25, -4.0, 2.0])
+    damped = limits(q, np.full((4, 1), 2.0))[:, 0]
+    assert damped - torque == pytest.approx([0.0, -0.3 * 0.5 * 2.0, -0.6, -0.6])

@@ -61,6 +61,14 @@ class FittedGeometry:
         lengths, arms = self.inner.lengths_and_moment_arms(q)
         return self.factor * lengths, self.factor * arms
 
+    def rates(
+        self,
+        q: Float[np.ndarray, "samples coords"],
+        velocity: Float[np.ndarray, "samples coords"],
+    ) -> Float[np.ndarray, "samples muscles"]:
+        """Give the rate of change of all lengths (m/s)."""
+        return self.factor * self.inner.rates(q, velocity)
+
     def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
         """Give the points of each path in the ground (m)."""
         return [points @ self.matrix.T for points in self.inner.paths(q)]

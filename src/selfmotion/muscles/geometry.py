@@ -38,6 +38,14 @@ class MuscleGeometry(Protocol):
         """Give both, in one pass."""
         ...
 
+    def rates(
+        self,
+        q: Float[np.ndarray, "samples coords"],
+        velocity: Float[np.ndarray, "samples coords"],
+    ) -> Float[np.ndarray, "samples muscles"]:
+        """Give the rate of change of all lengths (m/s) for velocities (rad/s)."""
+        ...
+
     def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
         """Give the points of each path in the ground (m), for drawing one posture."""
         ...
@@ -65,9 +73,11 @@ class LimitTorque(Protocol):
     """Torque of ligaments and coordinate limits."""
 
     def __call__(
-        self, q: Float[np.ndarray, "samples coords"]
+        self,
+        q: Float[np.ndarray, "samples coords"],
+        velocity: Float[np.ndarray, "samples coords"] | None = None,
     ) -> Float[np.ndarray, "samples coords"]:
-        """Give the torque (N m) that they exert on the free coordinates."""
+        """Give the torque (N m) that they exert on the free coordinates, damping included."""
         ...
 
 

@@ -112,6 +112,14 @@ class MujocoMuscles:
         arms = _project(jacobian, *w.sparsity, w.tendons, w.gear, w.joint_of_dof, derivative)
         return lengths[:, w.tendons] * w.gear, arms
 
+    def rates(
+        self,
+        q: Float[np.ndarray, "samples coords"],
+        velocity: Float[np.ndarray, "samples coords"],
+    ) -> Float[np.ndarray, "samples muscles"]:
+        """Give the rate of change of all lengths (m/s): moment arms are minus their slopes."""
+        return -np.einsum("kmn,kn->km", self.moment_arms(q), velocity)
+
     @cached_property
     def _tables(self) -> PathTables | None:
         return path_tables(self.model, self.chain, self.joint_ids, self.actuators)

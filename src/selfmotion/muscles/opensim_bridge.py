@@ -7,7 +7,7 @@ approximate wraps are involved they differ from minus the derivative of length b
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from selfmotion.errors import FileFormatError, MissingExtraError, ModelError
+from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.chain import Coupling
 from selfmotion.muscles.geometry import MusculoskeletalArm
 from selfmotion.muscles.hill import MuscleSet
@@ -75,7 +76,7 @@ def read_osim(
     if model.getMuscles().getSize() == 0:
         raise ModelError(f"{file}: the model has no muscles")
     reader = OsimReader(osim, model, dict(landmarks or {}))
-    arm = reader.arm(file)
+    arm = _with_what_is_left_out(osim, model, reader.arm(file))
     geometry = OpensimMuscles(osim, model, state, reader.coupling(model_coordinates(model)))
     muscles = _muscle_set(model)
     forces = _forces(osim, model, muscles, convention)
@@ -118,11 +119,14 @@ class OpensimMuscles:
             slots.append(int(changed[0]))
         return np.array(slots)
 
-    def pose(self, values: np.ndarray) -> None:
-        """Set all coordinates of the model (no assembly: the coupling has done it)."""
+    def pose(self, values: np.ndarray, speeds: np.ndarray | None = None) -> None:
+        """Set all coordinates of the model (no assembly: the coupling has done it), and speeds."""
         q = self.state.getQ().to_numpy().copy()
         q[self._slots] = values
         self.state.setQ(self.osim.Vector.createFromMat(q))
+        u = np.zeros(self.state.getNU())
+        u[self._slots] = 0.0 if speeds is None else speeds
+        self.state.setU(self.osim.Vector.createFromMat(u))
         self.model.realizeVelocity(self.state)
 
     def lengths(
@@ -168,6 +172,22 @@ class OpensimMuscles:
                 arms[k, i] = total[self._slots] @ derivative[k]
         return lengths, arms
 
+    def rates(
+        self,
+        q: Float[np.ndarray, "samples coords"],
+        velocity: Float[np.ndarray, "samples coords"],
+    ) -> Float[np.ndarray, "samples muscles"]:
+        """Give OpenSim's own lengthening speeds (m/s).
+
+        They are not the moment arms times velocity where path points move or wraps are ellipsoids.
+        """
+        out = np.empty((len(q), len(self._paths)))
+        speeds = np.einsum("kij,kj->ki", self.coordinates.derivative(q), velocity)
+        for k, values in enumerate(self.coordinates.value(q)):
+            self.pose(values, speeds[k])
+            out[k] = [path.getLengtheningSpeed(self.state) for path in self._paths]
+        return out
+
     def paths(self, q: Float[np.ndarray, " coords"]) -> list[Float[np.ndarray, "points 3"]]:
         """Give the points of each muscle's path in the ground (m), for drawing one posture."""
         self.pose(self.coordinates.value(q[None])[0])
@@ -183,6 +203,19 @@ class OpensimMuscles:
                 )
             )
         return out
+
+
+def _with_what_is_left_out(osim: Any, model: Any, arm: Arm) -> Arm:
+    """Name in the arm's source the forces of the model that are not represented."""
+    found = [model.getForceSet().get(i) for i in range(model.getForceSet().getSize())]
+    names = [
+        f"{force.getName()} ({force.getConcreteClassName()})"
+        for force in found
+        if force.get_appliesForce()
+        and force.getConcreteClassName() != "CoordinateLimitForce"
+        and osim.Muscle.safeDownCast(force) is None
+    ]
+    return replace(arm, source=f"{arm.source}; left out: {', '.join(names)}") if names else arm
 
 
 def _muscle_set(model: Any) -> MuscleSet:
@@ -203,7 +236,7 @@ def _forces(osim: Any, model: Any, muscles: MuscleSet, convention: str) -> Opens
     return OpensimForces(muscles, curves, fastest, convention)
 
 
-def _limit_forces(osim: Any, model: Any, names: tuple[str, ...]) -> LimitForces | None:
+def _limit_forces(osim: Any, model: Any, names: tuple[str, ...]) -> LimitForces:
     """Read coordinate-limit forces; OpenSim states them in degrees for rotational coordinates."""
     rows = []
     coordinates = {c.getName(): c for c in model_coordinates(model)}
@@ -225,12 +258,11 @@ def _limit_forces(osim: Any, model: Any, names: tuple[str, ...]) -> LimitForces 
                 value["upper_stiffness"] / unit,
                 value["lower_stiffness"] / unit,
                 value["transition"] * unit,
+                value["damping"] / unit,
             )
         )
-    if not rows:
-        return None
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return LimitForces(*columns)
+    table = np.array(rows).reshape(-1, 7).T  # without any: no torque
+    return LimitForces(table[0].astype(int), *table[1:])
 
 
 _LIMIT_KEYS = (
@@ -239,6 +271,7 @@ _LIMIT_KEYS = (
     "lower_stiffness",
     "lower_limit",
     "transition",
+    "damping",
 )
 
 

@@ -83,9 +83,9 @@ def _each(curves: list[Callable[[float], float]], x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class LimitForces:
-    """Torque of coordinate limits: ``K s(x / transition) x`` beyond a limit.
+    """Torque of coordinate limits: ``K s(x / transition) x`` beyond a limit, and damping there.
 
-    s is the smooth step ``10 t^3 - 15 t^4 + 6 t^5``. All in rad (or m) and N m per rad.
+    s is the smooth step ``10 t^3 - 15 t^4 + 6 t^5``. All in rad (or m), N m per rad, s.
 
     Attributes:
         coordinate: (L,) index of the free coordinate of each limit force.
@@ -94,6 +94,7 @@ class LimitForces:
         upper_stiffness: (L,) K above; `lower_stiffness` (L,) below.
         lower_stiffness: see `upper_stiffness`.
         transition: (L,) width over which the step rises.
+        damping: (L,) N m s per rad, times the step, beyond either limit.
     """
 
     coordinate: np.ndarray
@@ -102,15 +103,20 @@ class LimitForces:
     upper_stiffness: Float[np.ndarray, " limits"]
     lower_stiffness: Float[np.ndarray, " limits"]
     transition: Float[np.ndarray, " limits"]
+    damping: Float[np.ndarray, " limits"]
 
     def __call__(
-        self, q: Float[np.ndarray, "samples coords"]
+        self,
+        q: Float[np.ndarray, "samples coords"],
+        velocity: Float[np.ndarray, "samples coords"] | None = None,
     ) -> Float[np.ndarray, "samples coords"]:
         """Give the torque (N m) that limits exert on the free coordinates."""
         x = q[:, self.coordinate]
         above, below = np.maximum(x - self.upper, 0.0), np.maximum(self.lower - x, 0.0)
-        force = self.lower_stiffness * _step(below / self.transition) * below
-        force = force - self.upper_stiffness * _step(above / self.transition) * above
+        under, over = _step(below / self.transition), _step(above / self.transition)
+        force = self.lower_stiffness * under * below - self.upper_stiffness * over * above
+        if velocity is not None:
+            force = force - self.damping * (under + over) * velocity[:, self.coordinate]
         out = np.zeros_like(q)
         for i, j in enumerate(self.coordinate):  # a coordinate may have several
             out[:, j] += force[:, i]

@@ -253,7 +253,7 @@ def muscle_problem(
         ModelError: limits are asked for as a load, but the model has none.
     """
     lengths, arms = model.geometry.lengths_and_moment_arms(q)
-    rates = None if velocity is None else -np.einsum("kmn,kn->km", arms, velocity)
+    rates = None if velocity is None else model.geometry.rates(q, velocity)
     strength = arms * model.forces.full_activation(lengths, rates)[:, :, None]
     torque = required_torque(model.arm, q, options, velocity, acceleration)
     if "passive" in options.loads:
@@ -261,7 +261,7 @@ def muscle_problem(
     if "limits" in options.loads:
         if model.limits is None:
             raise ModelError(f"{model.arm.name}: the model has no coordinate-limit forces")
-        torque = torque - model.limits(q)
+        torque = torque - model.limits(q, velocity)
     return MuscleProblem(lengths, arms, strength, torque)
 
 
