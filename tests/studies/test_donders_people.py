@@ -15,7 +15,7 @@ from selfmotion.methods.donders import JointElasticity
 from selfmotion.methods.elasticity.posture import donders_postures
 from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.redundancy.task import Position
-from selfmotion.studies.donders_paths import PLAIN_JERK, bow, by_length
+from selfmotion.studies.donders_paths import PLAIN_JERK
 from selfmotion.studies.donders_people import donders_people, rms_by_person
 from selfmotion.studies.donders_postures import LAW_JOINTS, PersonPostures, law_arm
 from selfmotion.studies.donders_predictions import (
@@ -32,6 +32,7 @@ from selfmotion.studies.donders_predictions import (
 )
 from selfmotion.studies.donders_surfaces import surface_table
 from selfmotion.studies.people_means import by_person, interval, rows_of
+from selfmotion.studies.reach_measures import bow, by_length
 from selfmotion.studies.study_file import StudyFile, load_study_file
 
 DATA = Path(__file__).parents[3].joinpath("shared", "data", "ue_adl")

@@ -122,9 +122,9 @@ def as_document(run: "DondersPeople") -> DondersPeopleDocument:
     """Give the run as its JSON document."""
     import pandas as pd
 
-    from selfmotion.studies.donders_paths import MEASURES
     from selfmotion.studies.donders_people import rms_by_person
     from selfmotion.studies.people_means import by_person
+    from selfmotion.studies.reach_measures import MEASURES
 
     rms = rms_by_person(run.predictions)
     reaches = [pd.DataFrame()]

@@ -13,10 +13,10 @@ from selfmotion.report.donders_figures import (
 )
 from selfmotion.report.html import Footer, Picture, Section, Table, write_report
 from selfmotion.report.svg import write_png
-from selfmotion.studies.donders_paths import MEASURES
 from selfmotion.studies.donders_people import DondersPeople, rms_by_person
 from selfmotion.studies.donders_predictions import LAW, PRIOR
 from selfmotion.studies.people_means import by_person, rows_of
+from selfmotion.studies.reach_measures import MEASURES
 
 DOTS = "Dots: people. Squares: mean over people with its 95 % interval."
 

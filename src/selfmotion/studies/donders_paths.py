@@ -1,10 +1,7 @@
 """Planned reaches of recorded people beside what they did: paths of the wrist, end postures.
 
-Each reach is planned from the recorded posture at its start to the place where the wrist was at
-its end, in the time that the person took, on the arm from shoulder to wrist at the person's size.
-So paths are those of the wrist about the shoulder: what the trunk and the girdle did is taken out
-of both. The law is fitted to the other repeats. Time constants are a fifth of the duration, and
-the spring follows eq. 10, as [Tommasino2017] has them.
+Paths are those of the wrist about the shoulder: what the trunk and the girdle did is taken out of
+both. The law is fitted to the other repeats. `reach_measures` says how reaches are planned.
 """
 
 from collections.abc import Mapping
@@ -15,38 +12,29 @@ import numpy as np
 from jaxtyping import Float
 
 from selfmotion.errors import NotFiniteError, RangeError, SelfmotionError
-from selfmotion.methods.curvature import path_areas
 from selfmotion.methods.donders import JointElasticity, has_collapsed
 from selfmotion.methods.passive.joint_law import JointLaw
 from selfmotion.methods.passive.task_planners import MinimumJerk
-from selfmotion.methods.passive_motion import PlanSettings, plan
-from selfmotion.methods.predictors.observation import angle_between
-from selfmotion.studies.donders_postures import LAW_JOINTS, PersonPostures
+from selfmotion.methods.passive_motion import PlanSettings
+from selfmotion.studies.donders_postures import PersonPostures
 from selfmotion.studies.people import MovementOfPerson, RecordedPerson
+from selfmotion.studies.reach_measures import (
+    MEASURES,
+    RECORDED,
+    by_length,
+    measures_of,
+    plan_reach,
+    recorded_reach,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
 # The moment at which a reach ends, by its name in the study file.
 END = "end_of_reach"
-# Time constants over the duration of a movement.
-TIME_SHARE = 0.2
-# Points along each path, at equal shares of its length.
-N_POINTS = 50
 PASSIVE, EQUAL = "λ0-PMP, fitted law", "λ0-PMP, equal stiffness"
 LAW_JERK, PLAIN_JERK = "minimum jerk, fitted law", "minimum jerk, pseudo-inverse"
 MODELS = (PASSIVE, EQUAL, LAW_JERK, PLAIN_JERK)
-
-# What is measured of a reach, by column.
-MEASURES = (
-    "length_mm",
-    "bow_mm",
-    "apart_mm",
-    "a_net",
-    "swivel_error_deg",
-    "posture_error_deg",
-    "end_error_mm",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,42 +95,23 @@ def _one(
     movement: MovementOfPerson, postures: PersonPostures, law: JointLaw
 ) -> tuple[list[dict[str, object]], Reach]:
     """Plan one reach with each model."""
-    recording = movement.motion.recording
-    shown = [recording.joints.index(joint) for joint in LAW_JOINTS]
-    part = slice(movement.moments["start"], movement.moments[END] + 1)
-    q, time = recording.array("q")[part][:, shown], recording.time[part]
-    seen = np.asarray(np.isfinite(q)).all(axis=1).reshape(-1)
-    if not (seen[0] and seen[-1]):
-        raise NotFiniteError(
-            f"{recording.source}: the arm was not seen at {'start' if seen[-1] else END}"
-        )
-    q, time = q[seen], time[seen]
-    task = postures.task
-    path = task.value(q)
-    duration = float(time[-1] - time[0])
-    mean = np.median(q, axis=0)
+    reach = recorded_reach(movement, postures, END)
+    mean = np.median(reach.q, axis=0)
     alike = JointLaw(np.eye(len(mean)) * np.trace(law.stiffness) / len(mean), mean)
-    side = 1.0 if postures.side == "right" else -1.0
-    rows = [_measures("recorded", path, path, (postures, q[-1], q[-1], side))]
+    rows = [{"model": RECORDED} | measures_of(reach, postures)]
     planned = {}
-    for name, own, settings in _models(law, alike, duration):
-        tau = TIME_SHARE * duration
-        paced = replace(own, damping_time=tau, spring_time=tau)
-        motion = plan(task, paced, q[0], path[-1], settings)
-        if not np.isfinite(motion.q).all():
-            raise NotFiniteError(f"{name}: {motion.statuses[0].sentence}")
-        row = _measures(name, motion.x[0], path, (postures, motion.q[0, -1], q[-1], side))
-        row |= {"end_error_mm": 1e3 * float(motion.end_error[0])}
-        rows.append(row | {"status": motion.statuses[0].sentence})
+    for name, own, settings in _models(law, alike):
+        try:
+            motion = plan_reach(reach, postures, own, settings)
+        except NotFiniteError as error:
+            raise NotFiniteError(f"{name}: {error}") from None
+        rows.append({"model": name} | measures_of(reach, postures, motion))
         planned[name] = by_length(motion.x[0])
-    labels = movement.labels
-    return rows, Reach(str(labels.condition), str(labels.trial), by_length(path), planned)
+    return rows, Reach(reach.task, reach.trial, by_length(reach.path), planned)
 
 
-def _models(
-    law: JointLaw, alike: JointLaw, duration: float
-) -> tuple[tuple[str, JointLaw, PlanSettings], ...]:
-    passive = PlanSettings(duration=duration)
+def _models(law: JointLaw, alike: JointLaw) -> tuple[tuple[str, JointLaw, PlanSettings], ...]:
+    passive = PlanSettings()
     jerk = replace(passive, planner=MinimumJerk())
     # Without elasticity and with all joints as costly: the least joint velocity.
     plain = replace(jerk, model="pmp1", damping=np.ones(law.n_joints))
@@ -152,53 +121,3 @@ def _models(
         (LAW_JERK, law, jerk),
         (PLAIN_JERK, law, plain),
     )
-
-
-def _measures(
-    model: str,
-    path: Float[np.ndarray, "samples 3"],
-    recorded: Float[np.ndarray, "others 3"],
-    ends: tuple[PersonPostures, np.ndarray, np.ndarray, float],
-) -> dict[str, object]:
-    """Measure one path beside the recorded one, and one end posture."""
-    postures, q_end, q_recorded, side = ends
-    own, other = by_length(path), by_length(recorded)
-    swivel = postures.swivel(np.stack([q_end, q_recorded]))
-    areas = path_areas(path, recorded[0], recorded[-1], up=postures.arm.up)
-    away = q_end - q_recorded
-    return {
-        "model": model,
-        "length_mm": 1e3 * float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()),
-        "bow_mm": 1e3 * bow(own),
-        "apart_mm": 1e3 * float(np.sqrt(((own - other) ** 2).sum(axis=1).mean())),
-        "a_net": side * areas.net,
-        "swivel_error_deg": float(np.degrees(angle_between(*swivel))),
-        "posture_error_deg": float(np.degrees(np.sqrt((away**2).mean()))),
-        "end_error_mm": 0.0,
-        "status": "recorded",
-    }
-
-
-def by_length(path: Float[np.ndarray, "samples 3"]) -> Float[np.ndarray, "points 3"]:
-    """Give `N_POINTS` points at equal shares of a path's length.
-
-    Example:
-        >>> by_length(np.array([[0.0, 0, 0], [3, 0, 0], [4, 0, 0]]))[[0, -1], 0].tolist()
-        [0.0, 4.0]
-    """
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-    at = np.linspace(0.0, along[-1], N_POINTS)
-    return np.stack([np.interp(at, along, column) for column in path.T], axis=1)
-
-
-def bow(path: Float[np.ndarray, "points 3"]) -> float:
-    """Give the greatest distance of a path from the straight line between its ends (m).
-
-    Example:
-        >>> bow(np.array([[0.0, 0, 0], [0.1, 0.02, 0], [0.2, 0, 0]]))
-        0.02
-    """
-    way = path[-1] - path[0]
-    along = way / np.linalg.norm(way)
-    off = path - path[0]
-    return float(np.linalg.norm(off - np.outer(off @ along, along), axis=1).max())
