@@ -4,10 +4,10 @@ import sys
 
 import pytest
 
-from selfmotion.cli.progress import progress
+from selfmotion.cli.progress import COMPILING, progress
 
 SHOW = """
-from selfmotion.cli.progress import progress
+from selfmotion.cli.progress import COMPILING, progress
 with progress(3, "fitting", quiet={quiet}) as done:
     for _ in range(3): done("outcome")
 """
@@ -41,3 +41,33 @@ def test_a_file_sees_nothing(capsys: pytest.CaptureFixture[str]) -> None:
         done()
         done("an outcome")
     assert capsys.readouterr() == ("", "")
+
+
+STAGES = """
+import time
+from selfmotion.cli.progress import stages
+with stages(quiet={quiet}) as tell:
+    tell("calibrating")
+    time.sleep(0.3)
+"""
+
+
+def test_a_terminal_sees_what_is_being_done() -> None:
+    assert "calibrating" in on_a_terminal(STAGES.format(quiet=False))
+    assert on_a_terminal(STAGES.format(quiet=True)).strip() == ""
+
+
+COMPILES = """
+import time
+from selfmotion.cli.progress import COMPILING, compilation_note
+with compilation_note(quiet={quiet}):
+    from numba import njit
+    time.sleep(1.0)  # until the note has seen numba
+    njit(lambda x: 2 * x)(1)
+    njit(lambda x: 3 * x)(1)
+"""
+
+
+def test_a_terminal_is_told_once_that_kernels_are_compiled() -> None:
+    assert on_a_terminal(COMPILES.format(quiet=False)).count(COMPILING) == 1
+    assert on_a_terminal(COMPILES.format(quiet=True)).strip() == ""

@@ -6,6 +6,7 @@ be recovered exactly. What the laboratory does not show in a movement is missing
 landmarks exist in the static trial only.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,27 +92,55 @@ def simulate_markers(
         >>> len(seen.movements), seen.static.n_markers, seen.movements[0].rate
         (5, 27, 100.0)
     """
-    wrong = faults or MarkerFaults()
+    arm = simulated_arm(side)
+
+    def movements() -> Iterator[tuple[Labels, np.ndarray]]:
+        rest = np.deg2rad(REST_DEG)
+        for task, goal in REACHES_DEG.items():
+            for trial in range(repeats):
+                varied = np.deg2rad(goal) + (0.05 * rng.standard_normal(9) if trial else 0.0)
+                q = _there_and_back(rest, np.clip(varied, arm.lower, arm.upper))
+                yield Labels("simulated", side, task, None, str(trial + 1)), q
+
+    return capture_of(arm, movements(), side=side, faults=faults, rng=rng)
+
+
+def simulated_arm(side: str = "right") -> Arm:
+    """Give the simulated person's arm in the trunk's frame, with the ranges of adults."""
     arm = with_adult_ranges(scale_arm(upper_limb_anatomical(), LENGTHS))
     arm = place_shoulder(arm, SHOULDER)
-    if side == "left":
-        arm = mirror(arm)
+    return mirror(arm) if side == "left" else arm
+
+
+def capture_of(
+    arm: Arm,
+    movements: Iterable[tuple[Labels, Float[np.ndarray, "samples joints"]]],
+    *,
+    side: str = "right",
+    faults: MarkerFaults | None = None,
+    rng: np.random.Generator,
+) -> SimulatedCapture:
+    """Show known movements of an arm as motion capture would.
+
+    Args:
+        arm: from `simulated_arm`.
+        movements: labels, and angles at `RATE` (rad).
+        side: of the arm.
+        faults: noise, skin and gaps; left out: none.
+        rng: for the faults.
+    """
+    wrong = faults or MarkerFaults()
     fixed = _markers_on_bodies(arm, side)
-    rest = np.deg2rad(REST_DEG)
-    still = np.tile(rest, (50, 1))
+    still = np.tile(np.deg2rad(REST_DEG), (50, 1))
     static = _seen(arm, fixed, still, MarkerFaults(noise=wrong.noise), rng)
     bony = {SIDES[side] + name for name in ("GTH", "LEP", "MEP", "SPR", "SPU")}
-    movements, angles = [], []
-    for task, goal in REACHES_DEG.items():
-        for trial in range(repeats):
-            varied = np.deg2rad(goal) + (0.05 * rng.standard_normal(9) if trial else 0.0)
-            q = _there_and_back(rest, np.clip(varied, arm.lower, arm.upper))
-            labels = Labels("simulated", side, task, None, str(trial + 1))
-            whole = _seen(arm, fixed, q, wrong, rng)
-            kept = whole.select([name for name in whole.names if name not in bony])
-            movements.append(replace(kept, labels=labels))
-            angles.append(q)
-    return SimulatedCapture(static, tuple(movements), tuple(angles), arm, side)
+    shown, angles = [], []
+    for labels, q in movements:
+        whole = _seen(arm, fixed, q, wrong, rng)
+        kept = whole.select([name for name in whole.names if name not in bony])
+        shown.append(replace(kept, labels=labels))
+        angles.append(q)
+    return SimulatedCapture(static, tuple(shown), tuple(angles), arm, side)
 
 
 def _there_and_back(rest: np.ndarray, goal: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from selfmotion._version import __version__
+from selfmotion.cli.progress import compilation_note
 from selfmotion.cli.running import run
 from selfmotion.errors import unknown_name
 
@@ -108,7 +109,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     def call() -> Any:
         command = typer.main.get_command(app)
-        with command.make_context("selfmotion", words) as context:
+        with (
+            compilation_note(quiet="--quiet" in words),
+            command.make_context("selfmotion", words) as context,
+        ):
             return command.invoke(context)
 
     return run(call)

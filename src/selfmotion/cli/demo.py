@@ -11,7 +11,7 @@ from selfmotion.writing import write_whole
 if TYPE_CHECKING:
     from selfmotion.studies.demonstration import Demonstration
 
-FOLDER = Path("demo")
+FOLDER, PERSON = Path("demo"), "person"
 
 
 class ConditionWeights(Part, frozen=True, kw_only=True):
@@ -51,7 +51,7 @@ def demo(json: Json = False, out: Out = None, seed: Seed = 0) -> int:
     shown = demonstrate(seed=seed)
     provenance = Provenance("demo", seed=seed, choices={"people": len(shown.made.people)})
     report = write_demo_report(folder / "report.html", shown, provenance)
-    files = save_recordings(shown, folder)
+    files = [*save_recordings(shown, folder), *save_person(folder / PERSON, seed)]
     reaching = shown.reaching
     document = DemoDocument(
         provenance=provenance,
@@ -77,6 +77,16 @@ def save_recordings(shown: "Demonstration", folder: Path) -> list[Path]:
         write_angles_csv(folder / "reach.csv", recordings),
         write_whole(folder / "weights_of_people.csv", table),
     ]
+
+
+def save_person(folder: Path, seed: int) -> list[Path]:
+    """Write the markers of one generated person; give the study file and the table of the truth."""
+    import numpy as np
+
+    from selfmotion.studies.simulated_person import simulate_person, write_person
+
+    made = simulate_person(rng=np.random.default_rng(seed))
+    return write_person(made, folder)[:2]
 
 
 def contributions_of(shown: "Demonstration", condition: str) -> ConditionWeights:
@@ -109,6 +119,7 @@ def as_text(document: DemoDocument) -> str:
             note = "" if known else "  not identified: no other joint can stand in; counts as 1"
             lines.append(f"  {words:20} {_two(found)} ({_two(true)}){note}")
     lines += [f"wrote {path}" for path in document.files]
+    lines.append("and markers of one generated person beside the study file, for `person`")
     lines.append(f"report: {document.report}")
     return "\n".join(lines)
 

@@ -1,7 +1,6 @@
 """`selfmotion ik`: postures inside the joint limits that bring the hand to targets."""
 
 import functools
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -37,7 +36,7 @@ from selfmotion.cli.models import (
     typed_weights,
     with_typed_limits,
 )
-from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler, threads_for
 from selfmotion.cli.output import Contract, finish, numbers, save
 from selfmotion.cli.poses import POSITION, transforms
 from selfmotion.cli.tables import QUATERNION, Rows, read_rows, with_unit_quaternions
@@ -201,17 +200,6 @@ def held_rows(task: str) -> tuple[str, ...]:
     if len(set(rows)) < len(rows):
         raise RangeError(f"--task {task!r}: a row stands twice")
     return tuple(row for row in ROWS if row in rows)
-
-
-def threads_for(jobs: int) -> int:
-    """Give the number of threads that --jobs means.
-
-    Raises:
-        RangeError: it is neither -1 nor above 0.
-    """
-    if jobs < 1 and jobs != -1:
-        raise RangeError(f"--jobs {jobs}: allowed is 1 and above, or -1 for every core")
-    return jobs if jobs > 0 else os.cpu_count() or 1
 
 
 def read_targets(path: Path, held: tuple[str, ...]) -> Rows:

@@ -4,6 +4,7 @@ A command takes those that apply to it: ``json: Json = False, out: Out = None``.
 """
 
 import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, TypeAlias
@@ -41,6 +42,17 @@ Seed: TypeAlias = Annotated[
     int, typer.Option("--seed", metavar="S", min=0, help="Seed of everything random.")
 ]
 Quiet: TypeAlias = Annotated[bool, typer.Option("--quiet", help="Show no progress.")]
+
+
+def threads_for(jobs: int) -> int:
+    """Give the number of threads that --jobs means.
+
+    Raises:
+        RangeError: it is neither -1 nor above 0.
+    """
+    if jobs < 1 and jobs != -1:
+        raise RangeError(f"--jobs {jobs}: allowed is 1 and above, or -1 for every core")
+    return jobs if jobs > 0 else os.cpu_count() or 1
 
 
 def angles_by_name(option: str, texts: Sequence[str]) -> dict[str, tuple[float, float]]:

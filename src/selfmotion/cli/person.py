@@ -1,19 +1,20 @@
 """`selfmotion person`: one person through all four methods."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, StudyFile
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, StudyFile, threads_for
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
-from selfmotion.errors import RangeError
+from selfmotion.errors import RangeError, SelfmotionError
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
     from selfmotion.studies.one_person import OnePerson
+    from selfmotion.studies.study_file import StudyFile as Settings
     from selfmotion.studies.trial_run import PersonTrials
 
 
@@ -107,34 +108,23 @@ def person(
     quiet: Quiet = False,
 ) -> int:
     """Run all four methods on one person's recordings, and what follows."""
-    from selfmotion.cli.progress import progress
-    from selfmotion.errors import SelfmotionError
-    from selfmotion.studies.one_person import analyse_one
-    from selfmotion.studies.people import load_person
-    from selfmotion.studies.study_file import find_trials, load_study_file
-    from selfmotion.studies.trial_run import plan_people
+    from selfmotion.cli.progress import stages
 
     if study is None:
         raise RangeError("--study is missing: a file that says whose recording is which")
-    settings = load_study_file(study)
-    if not settings.static:
-        raise RangeError(f"{study}: names no static trial; a person needs marker files")
-    plans = chosen(plan_people(find_trials(settings, folders)), subject, side)
-    if report is not None and len(plans) > 1:
-        names = ", ".join(f"{p.subject} {p.side}" for p in plans)
-        raise RangeError(
-            f"--report is about one arm, and there are {len(plans)} ({names}); choose with "
-            "--subject and --side, or write all of them with --out"
-        )
-    found: list[OnePerson] = []
-    failed: list[Missing] = []
-    with progress(len(plans), "arms", quiet=quiet) as done:
-        for plan in plans:
-            try:
-                found.append(analyse_one(load_person(plan, settings), threads=max(1, jobs)))
-            except SelfmotionError as error:
-                failed.append(Missing(what=f"{plan.subject} {plan.side}", status=str(error)))
-            done()
+    threads = threads_for(jobs)
+    if out is not None:  # what cannot be written is said before minutes of work
+        out.mkdir(parents=True, exist_ok=True)
+    with stages(quiet=quiet) as tell:
+        tell("reading what the folders hold")
+        plans, settings = arms_of(folders, study, subject, side)
+        if report is not None and len(plans) > 1:
+            names = ", ".join(f"{p.subject} {p.side}" for p in plans)
+            raise RangeError(
+                f"--report is about one arm, and there are {len(plans)} ({names}); choose with "
+                "--subject and --side, or write all of them with --out"
+            )
+        found, failed = analyse(plans, settings, threads, tell)
     arms = [as_part(one) for one in found]
     files = write_reports(found, out, report)
     document = PersonDocument(
@@ -147,6 +137,47 @@ def person(
         files.append(save(document, out, "person"))
     troubled = len(failed) + sum(bool(arm.missing) for arm in arms)
     return finish(document, as_text(document), json=json, failed=troubled)
+
+
+def arms_of(
+    folders: list[Path], study: Path, subject: str | None, side: str | None
+) -> "tuple[list[PersonTrials], Settings]":
+    """Read the study file; give the arms that were asked for.
+
+    Raises:
+        SelfmotionError: the study file names no static trial, or there is no such arm.
+    """
+    from selfmotion.studies.study_file import find_trials, load_study_file
+    from selfmotion.studies.trial_run import plan_people
+
+    settings = load_study_file(study)
+    if not settings.static:
+        raise RangeError(f"{study}: names no static trial; a person needs marker files")
+    return chosen(plan_people(find_trials(settings, folders)), subject, side), settings
+
+
+def analyse(
+    plans: "list[PersonTrials]", settings: "Settings", threads: int, tell: Callable[[str], None]
+) -> "tuple[list[OnePerson], list[Missing]]":
+    """Run all methods on each arm; give also those that failed, with the reason."""
+    from selfmotion.studies.one_person import analyse_one
+    from selfmotion.studies.people import load_person
+
+    found: list[OnePerson] = []
+    failed: list[Missing] = []
+    for i, plan in enumerate(plans):
+        name = f"{plan.subject} {plan.side}"
+        lead = name if len(plans) == 1 else f"{name} ({i + 1} of {len(plans)} arms)"
+
+        def on_stage(sentence: str, lead: str = lead) -> None:
+            tell(f"{lead}: {sentence}")
+
+        try:
+            person = load_person(plan, settings, on_stage=on_stage)
+            found.append(analyse_one(person, threads=threads, on_stage=on_stage))
+        except SelfmotionError as error:
+            failed.append(Missing(what=name, status=str(error)))
+    return found, failed
 
 
 def chosen(
@@ -176,7 +207,7 @@ def write_reports(found: list["OnePerson"], out: Path | None, report: Path | Non
         assert out is not None
         stem = f"{one.person.subject}_{one.person.side}"
         files.append(write_person_report(out / f"{stem}.html", one))
-        for name in ("capture", "plans", "postures"):
+        for name in ("capture", "shares", "surfaces", "plans", "postures"):
             table = getattr(one, name)
             files.append(write_whole(out / f"{stem}_{name}.csv", table.to_csv(index=False)))
     return files
@@ -259,8 +290,12 @@ def as_text(document: PersonDocument) -> str:
     for arm in document.arms:
         lines.append(f"{arm.subject}, {arm.side} arm: {arm.movements} movements, {arm.status}")
         lines.append(f"  weights: {arm.weights_status}")
+        known = [(w, j) for w, j in zip(arm.weights, arm.joints, strict=False) if w is not None]
+        if known:
+            order = ", ".join(f"{j.replace('_', ' ')} {w:.2f}" for w, j in sorted(known)[::-1])
+            lines.append(f"  spared most to least: {order}")
         if arm.thickness_deg is not None:
-            lines.append(f"  postures within {arm.thickness_deg:.1f} deg of a surface")
+            lines.append(f"  one law of posture holds within {arm.thickness_deg:.1f} deg")
         volumes = ", ".join(f"{k} {1e3 * (v or 0):.0f}" for k, v in arm.volume_m3.items())
         lines.append(f"  workspace (litres): {volumes}")
         if arm.splint is not None:

@@ -8,9 +8,18 @@ import typer
 
 from selfmotion.cli.batches import BatchChoices
 from selfmotion.cli.body import BodyChoice, body_choice
-from selfmotion.cli.ik import threads_for
 from selfmotion.cli.models import Limits
-from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler, Seed
+from selfmotion.cli.options import (
+    Jobs,
+    Json,
+    Out,
+    Quiet,
+    Report,
+    Resume,
+    Scheduler,
+    Seed,
+    threads_for,
+)
 from selfmotion.cli.output import Contract, finish, save
 from selfmotion.cli.subject import Subject, read_subject
 from selfmotion.cli.subject_arms import PersonArms, RangeFiles, SideName, Typed, person_arms

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+from selfmotion.methods.weights.estimate import WeightEstimate
 from selfmotion.report.theme import (
     BASELINE,
     INK,
@@ -18,7 +21,28 @@ from selfmotion.studies.people_means import rows_of
 from selfmotion.studies.splint_change import SplintChange
 
 BEFORE, AFTER = TASK, JOINT_COLOURS[2]
+# More names than these would run into each other.
+FEW_TASKS = 3
 MODEL_COLOURS = (TASK, JOINT_COLOURS[1], BASELINE)
+
+
+@themed
+def weights_of_person_figure(estimate: WeightEstimate) -> Figure:
+    """Draw the weights that are identified, with their 95 % intervals."""
+    known = np.flatnonzero(np.isfinite(estimate.weights))
+    figure, axes = new_figure(1, 1, size=(6.4, 1.2 + 0.32 * len(known)))
+    ax, y, w = axes[0, 0], np.arange(len(known)), estimate.weights[known]
+    low, high = estimate.interval()[known].T
+    ax.hlines(y, low, high, color=TASK, linewidth=1.6)
+    ax.plot(w, y, "o", color=TASK, markersize=6)
+    ax.set_xscale("log")
+    plain_ticks(ax.xaxis)
+    ax.set_yticks(y, [words(estimate.joints[i]) for i in known])
+    ax.invert_yaxis()
+    ax.grid(axis="x")
+    ax.grid(visible=False, axis="y")
+    ax.set_xlabel("weight (the larger, the more the joint is spared)")
+    return figure
 
 
 @themed
@@ -73,6 +97,8 @@ def plans_figure(plans: pd.DataFrame) -> Figure:
                     ax.plot([x - 0.1, x + 0.1], [part.mean()] * 2, color=colour, linewidth=2.2)
             ax.plot([], [], color=MODEL_COLOURS[i % 3], linewidth=2.2, label=model)
         ax.set_xticks(range(len(tasks)), [words(t).replace(" ", "\n") for t in tasks])
+        if len(tasks) > FEW_TASKS:
+            ax.tick_params(axis="x", labelrotation=45)
         ax.set_ylabel(label)
         ax.set_ylim(bottom=0.0)
     legend_below(figure, axes[0, 0], columns=3)
@@ -122,7 +148,15 @@ def weights_change_figure(change: SplintChange) -> Figure:
         w = estimate.weights[joints]
         ax.plot(np.arange(len(joints)) + shift, w, marker, color=colour, label=label, markersize=6)
     ax.set_yscale("log")
+    plain_ticks(ax.yaxis)
     ax.set_xticks(range(len(joints)), [words(change.joints[i]).replace(" ", "\n") for i in joints])
     ax.set_ylabel("weight (largest is 1)")
     legend_below(figure, ax, columns=2)
     return figure
+
+
+def plain_ticks(axis: Axis) -> None:
+    """Write the ticks of a logarithmic axis as numbers, not as powers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from selfmotion.methods.donders import JointElasticity
 from selfmotion.methods.workspace import Workspace
 from selfmotion.report.html import Footer, Picture, Section, Table, write_report
 from selfmotion.report.person_figures import (
@@ -12,6 +13,7 @@ from selfmotion.report.person_figures import (
     natural_posture_figure,
     plans_figure,
     weights_change_figure,
+    weights_of_person_figure,
 )
 from selfmotion.report.workspace_figures import slices_figure
 from selfmotion.studies.one_person import OnePerson, identified, sizes_of_errors
@@ -55,7 +57,9 @@ def sentences(found: OnePerson) -> list[str]:
     else:
         said.append("The weights could not be told from these movements; all count alike below.")
     if found.law is not None:
-        said.append(f"Postures lie within {found.law.thickness_deg:.1f}° of a surface.")
+        said.append(
+            f"Shoulder and elbow keep to one law of posture within {found.law.thickness_deg:.1f}°."
+        )
     if found.splinted is not None:
         free, kept = (found.splinted.regions[k].volume for k in ("free", "limited"))
         said.append(f"A splinted elbow would leave {kept / free:.0%} of the workspace.")
@@ -88,6 +92,14 @@ def _nothing(heading: str, found: OnePerson, part: str) -> Section:
     return Section(heading, warning=f"Could not be had: {why}")
 
 
+def _heading(column: str) -> str:
+    """Write the name of a column of measures as words: ``swivel_end_deg``, ``rms_landmark_mm``."""
+    if column.startswith("swivel_"):
+        moment = column.removeprefix("swivel_").removesuffix("_deg").replace("_", " ")
+        return f"swivel at {moment} (°)"
+    return {"rms_landmark_mm": "error (mm)"}.get(column, column.replace("_", " "))
+
+
 def capture_section(found: OnePerson) -> Section:
     """Show lengths and how well the arm fits."""
     lengths = pd.DataFrame(
@@ -98,7 +110,7 @@ def capture_section(found: OnePerson) -> Section:
     )
     measures = [str(c) for c in found.capture.columns if c not in ("task", "trial")]
     means = means_by(found.capture, ["task"], measures)
-    means.columns = pd.Index([str(c).replace("_", " ") for c in means.columns])
+    means.columns = pd.Index([_heading(str(c)) for c in means.columns])
     return Section(
         "Markers to joint angles",
         words=(
@@ -107,7 +119,11 @@ def capture_section(found: OnePerson) -> Section:
         ),
         tables=(
             Table(lengths, "Segment lengths."),
-            Table(means, "Mean over the movements of a task: landmark error, swivel angles (°)."),
+            Table(
+                means,
+                "Mean over the movements of a task: how far the arm misses the landmarks, and the "
+                "swivel angle of the elbow (0: hanging down, positive: out to the side).",
+            ),
         ),
     )
 
@@ -122,6 +138,15 @@ def weights_section(found: OnePerson) -> Section:
         columns={"task_share": "task share", "task_share_alike": "with all weights alike"}
     )
     trouble = "" if identified(found.weights) else f"Not identified: {found.weights.status}"
+    pictures = []
+    if not trouble:
+        pictures.append(
+            Picture(
+                weights_of_person_figure(found.weights),
+                "Points: weights beside the largest, which is 1. Lines: 95 % intervals.",
+                "Weights of the joints with their intervals",
+            )
+        )
     return Section(
         "Which joints are spared",
         words=(
@@ -129,6 +154,7 @@ def weights_section(found: OnePerson) -> Section:
             "together. A large weight means that the joint is moved little for the hand.",
         ),
         warning=trouble,
+        pictures=tuple(pictures),
         tables=(
             Table(table, "Weights with 95 % intervals; a dash: not identified."),
             Table(shares, "Share of squared joint velocity that serves the wrist's path."),
@@ -140,19 +166,34 @@ def elasticity_section(found: OnePerson) -> Section:
     """Show the law of the joints."""
     if found.law is None:
         return _nothing("Elasticity behind the postures", found, "elasticity")
-    law = found.law.to_frame()
-    diagonal = law.loc[[" x " not in str(name) for name in law["parameter"]]]
     kept = ["segment", "task", "postures", "thickness_deg", "held_out_deg"]
     thin = pd.DataFrame(found.surfaces, columns=kept)
     thin.columns = pd.Index([name.removesuffix("_deg").replace("_", " ") for name in kept])
     return Section(
         "Elasticity behind the postures",
         words=("A law of least elastic energy for shoulder and elbow, fitted to all postures.",),
-        points=found.law.sentences,
+        points=tuple(sentence.replace("_", " ") for sentence in found.law.sentences),
         tables=(
-            Table(diagonal, "The law; stiffness up to its trace, set to 4 N m/rad."),
+            Table(law_table(found.law), "The law; stiffness up to its trace, set to 4 N m/rad."),
             Table(thin, "Thickness of Donders' surfaces (°): beside all postures, and held out."),
         ),
+    )
+
+
+def law_table(law: JointElasticity) -> pd.DataFrame:
+    """Give stiffness and rest posture (degrees) of each joint with standard errors."""
+    found = law.to_frame().set_index("parameter")
+    joints = [str(p).removeprefix("rest ") for p in found.index if str(p).startswith("rest ")]
+    stiffness = found.loc[[f"stiffness {joint}" for joint in joints]]
+    rest = found.loc[[f"rest {joint}" for joint in joints]]
+    return pd.DataFrame(
+        {
+            "joint": [joint.replace("_", " ") for joint in joints],
+            "stiffness (N m/rad)": stiffness["value"].to_numpy(float),
+            "standard error": stiffness["stderr"].to_numpy(float),
+            "rest (°)": np.degrees(rest["value"].to_numpy(float)),
+            "its standard error": np.degrees(rest["stderr"].to_numpy(float)),
+        }
     )
 
 
@@ -202,6 +243,8 @@ def posture_section(found: OnePerson) -> Section:
         return _nothing("Natural posture", found, "natural posture")
     errors = sizes_of_errors(found.postures)
     means = means_by(errors, ["task", "moment"], ["effort", "bounded"])
+    table = _plain(means, "moment")
+    table.columns = pd.Index(["task", "moment", "least effort", "in the ranges used otherwise"])
     effort, bounded = (_mean_size(errors[c].to_numpy(float)) for c in ("effort", "bounded"))
     return Section(
         "Natural posture",
@@ -218,7 +261,7 @@ def posture_section(found: OnePerson) -> Section:
                 "Recorded and predicted swivel angles by task",
             ),
         ),
-        tables=(Table(_plain(means, "moment"), "Mean size of the error (°)."),),
+        tables=(Table(table, "Mean size of the error (°)."),),
     )
 
 

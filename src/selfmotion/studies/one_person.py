@@ -42,8 +42,8 @@ from selfmotion.studies.splint_change import SPLINT, SplintChange, splint_change
 
 # Room beyond what was used in the other movements, when ranges bound the natural posture (rad).
 ROOM = np.radians(5.0)
-# Slices of the workspace, above the arm's origin (m).
-HEIGHTS = (-0.4, -0.2, 0.0, 0.2, 0.4)
+# Slices of the workspace, above the arm's origin (m): about table, chest, shoulder and face.
+HEIGHTS = (-0.4, -0.2, 0.0, 0.2)
 FINENESS = WorkspaceOptions(n_points=4096, shifts=4, slice_points=256)
 
 
@@ -89,7 +89,12 @@ class OnePerson:
         return f"{self.person.subject}, {self.person.side} arm"
 
 
-def analyse_one(person: RecordedPerson, *, threads: int = 1) -> OnePerson:
+def analyse_one(
+    person: RecordedPerson,
+    *,
+    threads: int = 1,
+    on_stage: Callable[[str], None] = lambda sentence: None,
+) -> OnePerson:
     """Run all four methods on one arm of a person.
 
     A part that fails leaves its reason in `missing`; the others go on.
@@ -97,10 +102,12 @@ def analyse_one(person: RecordedPerson, *, threads: int = 1) -> OnePerson:
     Args:
         person: from `people.load_people`.
         threads: for the workspace.
+        on_stage: is told what is being done.
     """
     missing: list[tuple[str, str]] = list(person.failed)
 
     def attempt(part: str, make: Callable):
+        on_stage(part)
         try:
             return make()
         except SelfmotionError as error:

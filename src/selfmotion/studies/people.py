@@ -103,17 +103,31 @@ def load_people(
             on_refused(plan.subject, plan.side, str(found))
 
 
-def load_person(plan: PersonTrials, study: StudyFile, *, arm: str = DEFAULT_ARM) -> RecordedPerson:
+def load_person(
+    plan: PersonTrials,
+    study: StudyFile,
+    *,
+    arm: str = DEFAULT_ARM,
+    on_stage: Callable[[str], None] = lambda sentence: None,
+) -> RecordedPerson:
     """Calibrate one arm of a person and find the angles of all of its movements.
+
+    Args:
+        plan: the person's files.
+        study: how they are read.
+        arm: name or model file of the arm that is fitted.
+        on_stage: is told what is being done.
 
     Raises:
         SelfmotionError: the person cannot be calibrated (the static trial is missing or broken).
     """
     if plan.calibration is None:
         raise RangeError(f"{plan.subject} {plan.side}: no static trial")
+    on_stage("calibrating")
     person = calibrate(plan.calibration, study, arm)
     movements, failed = [], []
-    for trial in plan.trials:
+    for i, trial in enumerate(plan.trials):
+        on_stage(f"joint angles, movement {i + 1} of {len(plan.trials)}")
         try:
             motion = read_trial(person, trial, study)
             found = moments_of(motion, study)
