@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import JointSamples, as_float_array, require_shape
+from selfmotion.arrays import JointSamples, as_float_array, freeze, require_shape
 from selfmotion.capture import marker_kernels as kernels
 from selfmotion.errors import NotFiniteError, RangeError, ShapeError, Status
 from selfmotion.kinematics.arm import Arm
@@ -194,8 +194,9 @@ def marker_arrays(model: MarkerModel) -> kernels.MarkerArrays:
         z.joint_type,
         z.rotations,
         z.translations,
-        np.ascontiguousarray(coupling.matrix),
-        np.ascontiguousarray(coupling.offset),
+        # Read-only in every arm: the kernels are compiled anew for each mixture.
+        freeze(np.array(coupling.matrix, order="C")),
+        freeze(np.array(coupling.offset)),
         chain.lower,
         chain.upper,
         body,

@@ -245,7 +245,8 @@ def _run(
         np.zeros((n_targets, 2), dtype=np.int64),
         np.zeros(n_targets, dtype=np.bool_),
     )
-    first = start[0]
+    # Never read-only: the kernels would be compiled anew for that.
+    first = np.array(start[0], order="C")
     if options.scheme == "published":
         scheme, first = _published(model, options, first)
 
