@@ -74,11 +74,17 @@ def _file_trouble(error: OSError) -> str:
     if error.filename is None or error.strerror is None:
         return str(error) or type(error).__name__
     reason = error.strerror[:1].lower() + error.strerror[1:]
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        reason = "a file stands where a folder should be"
     return f"{error.filename}: {reason}"
 
 
 def _usage_trouble(error: Any) -> str:
-    message = error.format_message().rstrip(".")
+    message = error.format_message().rstrip(".").replace("Value error, ", "")
+    # typer leaves the checking to pydantic, whose sentences do not name what was typed.
+    given = getattr(error.__cause__, "errors", list)()
+    if given and "input" in given[0]:
+        message = message.replace("Input should", f"{given[0]['input']!r} should")
     context = getattr(error, "ctx", None)
     path = context.command_path if context else "selfmotion"
     return f"{message} (`{path} --help` lists what is allowed)"
