@@ -73,6 +73,27 @@ def test_what_is_written_makes_the_same_person(tmp_path: Path) -> None:
         assert [r.name for r in person.regions] == [r.name for r in again.regions]
 
 
+def test_odd_persons_are_written_so_that_they_come_back(tmp_path: Path) -> None:
+    text = (
+        "name = \"Zoë \\U0001F600 \\\"x\\\"\"\n[body]\nposture = 'seated'\nwithout = ['pelvis']\n"
+        "[regions.'my place']\nup_cm = [0, 10]\n"
+    )
+    person = made(written(tmp_path / "s.toml", text))
+    again = made(written(tmp_path / "t.toml", subject_toml(person)))
+    assert person.name == again.name == 'Zoë \U0001f600 "x"'
+    assert person.body is not None and again.body is not None
+    assert list(person.body.shapes) == list(again.body.shapes)
+    assert "pelvis" not in again.body.shapes
+    assert again.regions[-1].name == "my place"
+
+
+def test_shapes_stand_without_a_body_too(tmp_path: Path) -> None:
+    text = "[body]\nposture = 'none'\n[body.shapes.rest]\nkind = 'capsule'\nradius_cm = 5\n" + ENDS
+    person = made(written(tmp_path / "s.toml", text))
+    assert person.body is not None and list(person.body.shapes) == ["rest"]
+    assert made(tmp_path / "s.toml", body="none").body is None
+
+
 def test_the_left_arm_is_the_mirror_image_of_the_right() -> None:
     right, left = made(EXAMPLE), made(EXAMPLE, side="left")
     assert left.free.name.endswith("(mirrored)")
@@ -88,7 +109,7 @@ def test_the_left_arm_is_the_mirror_image_of_the_right() -> None:
     [
         ("name = 'a'\n\n[ranges\n", 3, "no TOML"),
         ("name = 'a'\nsid = 'left'\n", 2, "unknown field 'sid'; did you mean 'side'?"),
-        ("side = 'lefd'\n", 1, "side = 'lefd'"),
+        ("side = 'lefd'\n", 1, "side = 'lefd': allowed is right, left"),
         ("[body]\npostur = 'seated'\n", 2, "unknown field 'postur' of body; did you mean"),
         ("[body]\nposture = 'prone'\n", 2, "body.posture = 'prone'"),
         ("[body]\nstature_cm = 1.75\n", 2, "body.stature_cm = 1.75"),
@@ -103,6 +124,20 @@ def test_the_left_arm_is_the_mirror_image_of_the_right() -> None:
         ("[lengths_mm]\nclavicle = -1\nupper_arm = 1\nforearm = 1\npalm = 1\n", 2, "clavicle = -1"),
         ("[lengths_mm]\nclavicle = nan\nupper_arm = 1\nforearm = 1\npalm = 1\n", 2, "= nan: allow"),
         ("name = 3\n", 1, "name = 3: Expected str"),
+        (
+            "[lengths_mm]\nclavicle = 0.2\nupper_arm = 1\nforearm = 1\npalm = 1\n",
+            2,
+            "allowed is 1 to 2000 mm",
+        ),
+        ("name = 'a'\n[impairments]\nelbow = [0, 1]\n", 3, "unknown joint 'elbow'"),
+        ("[ranges]\nelbow = [0, 1]\n", 2, "unknown joint 'elbow'"),
+        ("name = 'a'\n[ regions . a ]\nup_cm = [3, 1]\n", 3, "regions.a.up_cm = [3, 1]: the"),
+        ("[body]\nwithout = ['hed']\n", 2, "did you mean 'head'?"),
+        ("\n[body.shapes.'my a']\nkind='capsule'\n" + ENDS + "radius_cm=-1\n", 2, "my a: radius"),
+        ("[body.shapes.a]\nkind='capsule'\n" + ENDS + "radius_cm=nan\n", 1, "a: radius"),
+        ("\nadult_ranges = true\n", 2, "known for upper_limb_anatomical only"),
+        ("[recordings.ranges]\nelbow_flexion = ['no.mot']\n", 2, "no.mot"),
+        ("\narm = 'octopus'\n", 2, "unknown arm 'octopus'"),
     ],
 )
 def test_a_bad_field_is_told_with_its_line(
@@ -111,30 +146,6 @@ def test_a_bad_field_is_told_with_its_line(
     said = refusal(written(tmp_path / "s.toml", text))
     assert reason in said
     assert f"line {line}" in said
-
-
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("[impairments]\nelbow = [0, 1]\n", "unknown joint 'elbow'"),
-        ("[ranges]\nelbow = [0, 1]\n", "unknown joint 'elbow'"),
-        ("[regions.a]\nup_cm = [3, 1]\n", "region 'a', up"),
-        ("[body]\nwithout = ['hed']\n", "did you mean 'head'?"),
-        (
-            "[body.shapes.a]\nkind='capsule'\nstart_cm=[0,0,0]\nend_cm=[0,0,1]\nradius_cm=-1\n",
-            "a: ",
-        ),
-        ("adult_ranges = true\n", "known for upper_limb_anatomical only"),
-        ("[recordings.ranges]\nelbow_flexion = ['no.mot']\n", "no.mot"),
-    ],
-)
-def test_what_fits_the_format_but_no_person_names_the_file(
-    tmp_path: Path, text: str, reason: str
-) -> None:
-    path = written(tmp_path / "s.toml", text)
-    said = refusal(path)
-    assert reason in said
-    assert str(path) in said or str(tmp_path) in said
 
 
 def test_a_file_that_is_not_there(tmp_path: Path, capsys: Capture) -> None:
@@ -176,6 +187,15 @@ def test_typed_recordings_tell_their_joint_and_widen_the_free_arm(tmp_path: Path
     i = person.free.chain.index("elbow_flexion")
     # Table 3 begins at 15.8 degrees; this person was seen to go beyond.
     assert np.degrees(person.free.lower[i]) == pytest.approx(-4, abs=1e-3)
+
+
+def test_recordings_of_another_joint_or_of_none_are_refused(tmp_path: Path) -> None:
+    elbow = recording(tmp_path / "elbow.mot", 10, 100)
+    with pytest.raises(SelfmotionError, match="holds elbow_flexion, and no wrist_flexion"):
+        made(None, ranges=(f"wrist_flexion={elbow}",))
+    still = recording(tmp_path / "still.mot", 90, 90.5)
+    with pytest.raises(SelfmotionError, match="no joint moves by more than 1 degree"):
+        made(None, ranges=(str(still),))
 
 
 def test_a_workspace_from_recordings_with_all_details(tmp_path: Path, capsys: Capture) -> None:

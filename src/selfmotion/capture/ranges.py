@@ -25,6 +25,8 @@ from selfmotion.motion.recording import Recording
 FEWEST, JUMP = 10, np.pi
 # A joint counts as the one tested if the next one moves less than this part of what it moves.
 CLEAR = 0.6
+# A joint that moves no further than this (rad) is at rest.
+STILL = np.pi / 180
 # A movement has gone to and fro when it passed these parts of the range.
 LOW_PART, HIGH_PART = 0.25, 0.75
 
@@ -134,6 +136,11 @@ def joint_moved(recording: Recording, arm: Arm) -> str:
         q, j = _angles(joint, recording), arm.chain.index(joint)
         width = float(arm.upper[j] - arm.lower[j])
         travel[joint] = float(np.ptp(q)) / (width if 0 < width < np.inf else 2 * np.pi)
+    if not any(np.ptp(_angles(joint, recording)) > STILL for joint in known):
+        raise RangeError(
+            f"{recording.name}: no joint moves by more than {np.rad2deg(STILL):.0f} degree; say "
+            f"which joint it tests, as in {known[0]}=FILE"
+        )
     order = sorted(travel, key=lambda joint: -travel[joint])
     if len(order) > 1 and travel[order[1]] > CLEAR * travel[order[0]]:
         raise RangeError(

@@ -7,6 +7,8 @@ import inspect
 import math
 import tomllib
 import typing
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -14,15 +16,15 @@ import msgspec
 from msgspec import Meta
 
 from selfmotion.cli.output import Part
-from selfmotion.errors import FileFormatError, unknown_name
+from selfmotion.errors import FileFormatError, SelfmotionError, unknown_name
 
 SEGMENTS = ("clavicle", "upper_arm", "forearm", "palm")
-LONGEST_MM = 2000.0
+SHORTEST_MM, LONGEST_MM = 1.0, 2000.0
 TURN_DEG = 360.0
 OPEN = math.inf
 Span: TypeAlias = tuple[float, float]
 Triple: TypeAlias = tuple[float, float, float]
-Length: TypeAlias = Annotated[float, Meta(gt=0.0, le=LONGEST_MM)]
+Length: TypeAlias = Annotated[float, Meta(ge=SHORTEST_MM, le=LONGEST_MM)]
 
 
 class LengthsMm(Part, frozen=True, kw_only=True):
@@ -126,12 +128,31 @@ def read_subject(path: Path) -> Subject:
         subject = _converted("", fields, Subject)
         _check_ranges("ranges", subject.ranges)
         _check_ranges("impairments", subject.impairments)
+        _check_regions(subject.regions)
     except _BadField as bad:
         where, reason = bad.args
-        line = line_of(text, where)
-        place = str(path) if line is None else f"{path}, line {line}"
-        raise FileFormatError(f"{place}: {reason}") from None
+        raise FileFormatError(f"{_place(path, text, where)}: {reason}") from None
     return subject
+
+
+@contextmanager
+def set_in(path: Path | None, where: str) -> Iterator[None]:
+    """Let what goes wrong inside name the file, and the line in which a field is set.
+
+    Args:
+        path: of the file; None: there is none, and errors stay as they are.
+        where: field, as in ``body.without``.
+
+    Raises:
+        FileFormatError: in the place of any error of ours that does not name the file already.
+    """
+    try:
+        yield
+    except SelfmotionError as error:
+        if path is None or str(path) in str(error):
+            raise
+        text = path.read_text(encoding="utf-8")
+        raise FileFormatError(f"{_place(path, text, where)}: {error}") from None
 
 
 def subject_schema() -> bytes:
@@ -158,10 +179,9 @@ def line_of(text: str, where: str) -> int | None:
     for number, raw in enumerate(text.splitlines(), start=1):
         line = raw.strip()
         if line.startswith("["):
-            table = line.strip("[] \t").split("]")[0]
-            found = table
+            table = found = _bare(line.strip("[] \t").split("]")[0])
         else:
-            key = line.partition("=")[0].strip().strip("\"'")
+            key = _bare(line.partition("=")[0])
             if not key or key.startswith("#"):
                 continue
             found = f"{table}.{key}" if table else key
@@ -170,6 +190,16 @@ def line_of(text: str, where: str) -> int | None:
         if where.startswith(f"{found}."):
             nearest = number
     return nearest
+
+
+def _bare(key: str) -> str:
+    """Give a key without quotes and without spaces round its dots."""
+    return ".".join(part.strip().strip("\"'") for part in key.split("."))
+
+
+def _place(path: Path, text: str, where: str) -> str:
+    line = line_of(text, where)
+    return str(path) if line is None else f"{path}, line {line}"
 
 
 def _converted(where: str, value: object, kind: Any) -> Any:
@@ -192,6 +222,9 @@ def _converted(where: str, value: object, kind: Any) -> Any:
         return msgspec.convert(value, kind, strict=True)
     except msgspec.ValidationError as error:
         reason = str(error).partition(" - at ")[0].replace("`", "")
+        words = typing.get_args(kind) if typing.get_origin(kind) is Literal else ()
+        if words and isinstance(value, str):
+            reason = f"allowed is {', '.join(words)}"
         raise _BadField(where, f"{where} = {value!r}: {reason}") from None
 
 
@@ -229,8 +262,9 @@ def _is_struct(kind: object) -> bool:
 
 def _check_length(where: str, value: object) -> None:
     number = _number(where, value)
-    if not 0.0 < number <= LONGEST_MM:
-        raise _BadField(where, f"{where} = {number:g}: allowed is above 0 to {LONGEST_MM:g} mm")
+    if not SHORTEST_MM <= number <= LONGEST_MM:
+        allowed = f"allowed is {SHORTEST_MM:g} to {LONGEST_MM:g} mm"
+        raise _BadField(where, f"{where} = {number:g}: {allowed}")
 
 
 def _span(where: str, value: object) -> Span:
@@ -247,6 +281,17 @@ def _check_ranges(name: str, table: dict[str, Span]) -> None:
                 where,
                 f"{where} = [{low:g}, {high:g}]: allowed is low up to high, from -360 to 360 deg",
             )
+
+
+def _check_regions(tables: dict[str, RegionTable]) -> None:
+    for name, table in tables.items():
+        for side in ("outwards_cm", "forward_cm", "up_cm"):
+            low, high = getattr(table, side)
+            if not low < high:
+                where = f"regions.{name}.{side}"
+                raise _BadField(
+                    where, f"{where} = [{low:g}, {high:g}]: the second must be above the first"
+                )
 
 
 def _number(where: str, value: object) -> float:

@@ -9,7 +9,7 @@ import typer
 
 from selfmotion.cli.body import NO_BODY
 from selfmotion.cli.models import Limits, load_any_arm, with_typed_limits
-from selfmotion.cli.subject import BodyTable, RegionTable, Subject
+from selfmotion.cli.subject import BodyTable, RegionTable, Subject, set_in
 from selfmotion.errors import FileFormatError, RangeError, SelfmotionError, unknown_name
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from selfmotion.kinematics.body_frame import BodyFrame
     from selfmotion.kinematics.body_shapes import BodyShapes, Shape
     from selfmotion.methods.reaching.regions import NamedRegion
+    from selfmotion.motion.recording import Recording
 
 Side: TypeAlias = Literal["right", "left"]
 RangeFiles: TypeAlias = Annotated[
@@ -88,22 +89,22 @@ def person_arms(subject: Subject, path: Path | None, typed: Typed) -> PersonArms
         SelfmotionError: an arm, joint, length or limit is not allowed; names the file it is in.
     """
     side = typed.side or subject.side
-    try:
-        arm = _arm(subject, typed.arm, side)
-        folder = Path() if path is None else path.parent
-        free_measured = _measured(subject.recordings.ranges, folder, arm)
-        free = arm.with_limits(_radians(subject.ranges)).with_limits(_limits(free_measured))
-        measured = _measured(subject.recordings.impairments, folder, arm)
-        body = subject.body or BodyTable(posture=NO_BODY)
-        shapes = _body(body, typed.body, free)
+    folder = Path() if path is None else path.parent
+    arm = _arm(subject, typed.arm, side, path)
+    for table in ("ranges", "impairments"):
+        for joint in getattr(subject, table):
+            with set_in(path, f"{table}.{joint}"):
+                arm.chain.index(joint)
+    free_measured = _measured(subject.recordings.ranges, folder, arm, (path, "ranges"))
+    free = arm.with_limits(_radians(subject.ranges)).with_limits(_limits(free_measured))
+    measured = _measured(subject.recordings.impairments, folder, arm, (path, "impairments"))
+    body = subject.body or BodyTable(posture=NO_BODY)
+    shapes = _body(body, typed.body, free, path)
+    with set_in(path, "regions"):
         regions = _regions(subject.regions, free, body)
-    except SelfmotionError as error:
-        if path is None or str(path) in str(error):
-            raise
-        raise FileFormatError(f"{path}: {error}") from None
     measured += _typed_ranges(typed.ranges, arm)
     free = _widened(free, measured)
-    limited = free.with_limits(_impaired(subject, free, path)).with_limits(_limits(measured))
+    limited = free.with_limits(_radians(subject.impairments)).with_limits(_limits(measured))
     limited = with_typed_limits(limited, list(typed.limits))
     changed = bool(typed.limits or subject.impairments or measured)
     kinds = [("free", r) for r in free_measured] + [("limited", r) for r in measured]
@@ -121,42 +122,40 @@ def person_arms(subject: Subject, path: Path | None, typed: Typed) -> PersonArms
     )
 
 
-def _arm(subject: Subject, name: str, side: Side) -> "Arm":
+def _arm(subject: Subject, name: str, side: Side, path: Path | None) -> "Arm":
     """Build the arm of the person's lengths and side."""
     from selfmotion.kinematics.mirror import mirror
 
     name = subject.arm or name
-    if subject.lengths_mm is None:
-        arm = load_any_arm(name)
-    else:
-        from selfmotion.arms import upper_limb, upper_limb_anatomical
-
-        builders = {"upper_limb": upper_limb, "upper_limb_anatomical": upper_limb_anatomical}
-        if name not in builders:
-            raise unknown_name("arm with lengths_mm", name, tuple(builders))
-        mm = subject.lengths_mm
-        arm = builders[name]([1e-3 * v for v in (mm.clavicle, mm.upper_arm, mm.forearm, mm.palm)])
+    with set_in(path, "arm"):
+        arm = _of_lengths(subject, name)
     if subject.adult_ranges:
         from selfmotion.capture.scaling import with_adult_ranges
 
-        if arm.name != "upper_limb_anatomical":
-            raise RangeError(
-                f"adult_ranges: known for upper_limb_anatomical only, and the arm is {arm.name}"
-            )
-        arm = with_adult_ranges(arm)
+        with set_in(path, "adult_ranges"):
+            if arm.name != "upper_limb_anatomical":
+                raise RangeError(
+                    f"adult_ranges: known for upper_limb_anatomical only, and the arm is {arm.name}"
+                )
+            arm = with_adult_ranges(arm)
     return mirror(arm) if side == "left" else arm
 
 
-def _impaired(subject: Subject, free: "Arm", path: Path | None) -> dict[str, tuple[float, float]]:
-    """Give the impairments (rad), of joints that exist."""
-    for joint in subject.impairments:
-        if joint not in free.joints:
-            raise FileFormatError(f"{path}: {unknown_name('joint', joint, free.joints)}")
-    return _radians(subject.impairments)
+def _of_lengths(subject: Subject, name: str) -> "Arm":
+    """Build the right arm of that name with the person's lengths, if they are told."""
+    if subject.lengths_mm is None:
+        return load_any_arm(name)
+    from selfmotion.arms import upper_limb, upper_limb_anatomical
+
+    builders = {"upper_limb": upper_limb, "upper_limb_anatomical": upper_limb_anatomical}
+    if name not in builders:
+        raise unknown_name("arm with lengths_mm", name, tuple(builders))
+    mm = subject.lengths_mm
+    return builders[name]([1e-3 * v for v in (mm.clavicle, mm.upper_arm, mm.forearm, mm.palm)])
 
 
 def _measured(
-    files: Mapping[str, Sequence[str]], folder: Path, arm: "Arm"
+    files: Mapping[str, Sequence[str]], folder: Path, arm: "Arm", place: tuple[Path | None, str]
 ) -> "tuple[JointRange, ...]":
     """Read the ranges that recordings, named beside the TOML file, hold."""
     from selfmotion.capture.ranges import joint_range
@@ -164,10 +163,20 @@ def _measured(
 
     out = []
     for joint, names in files.items():
-        arm.chain.index(joint)
-        recordings = [r for name in names for r in load(folder / name)]
-        out.append(joint_range(joint, recordings))
+        with set_in(place[0], f"recordings.{place[1]}.{joint}"):
+            arm.chain.index(joint)
+            recordings = [r for name in names for r in load(folder / name)]
+            for recording in recordings:
+                _require_joint(recording, joint, arm)
+            out.append(joint_range(joint, recordings))
     return tuple(out)
+
+
+def _require_joint(recording: "Recording", joint: str, arm: "Arm") -> None:
+    """Refuse a recording of one joint of the arm that is named for another one."""
+    known = [name for name in recording.joints if name in arm.joints]
+    if known and joint not in known:
+        raise RangeError(f"{recording.name}: holds {', '.join(known)}, and no {joint}")
 
 
 def _typed_ranges(texts: Sequence[str], arm: "Arm") -> "tuple[JointRange, ...]":
@@ -182,10 +191,12 @@ def _typed_ranges(texts: Sequence[str], arm: "Arm") -> "tuple[JointRange, ...]":
             joint, name = "", text
         else:
             arm.chain.index(joint)
-        if not Path(name).exists():
-            raise FileFormatError(f"--ranges {text!r}: there is no file {name}")
+        if not Path(name).is_file():
+            raise FileFormatError(f"--ranges {text!r}: there is no file {name!r}")
         for recording in load(name):
-            by_joint.setdefault(joint or joint_moved(recording, arm), []).append(recording)
+            moved = joint or joint_moved(recording, arm)
+            _require_joint(recording, moved, arm)
+            by_joint.setdefault(moved, []).append(recording)
     return tuple(joint_range(joint, found) for joint, found in by_joint.items())
 
 
@@ -208,22 +219,32 @@ def _radians(table: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float,
     return {joint: (radians(low), radians(high)) for joint, (low, high) in table.items()}
 
 
-def _body(body: BodyTable, typed: str | None, arm: "Arm") -> "BodyShapes | None":
-    """Give the body of the person, with the shapes that the file changes."""
+def _body(body: BodyTable, typed: str | None, arm: "Arm", path: Path | None) -> "BodyShapes | None":
+    """Give the body of the person, with the shapes that the file changes.
+
+    Without a posture there are the file's own shapes alone, as a chair's; ``--body none`` drops
+    them, too.
+    """
     posture = typed or body.posture
-    if posture not in ("seated", "standing"):
+    if typed == NO_BODY or (posture == NO_BODY and not body.shapes):
         return None
     from selfmotion.kinematics.body_frame import BodyFrame
-    from selfmotion.kinematics.body_shapes import BodyShapes
+    from selfmotion.kinematics.body_shapes import POSTURES, BodyShapes
 
     stature = None if body.stature_cm is None else 1e-2 * body.stature_cm
-    shapes = BodyShapes.of(arm, posture, stature=stature).without(*body.without)
+    shapes = BodyShapes({})
+    for known in POSTURES:
+        if known == posture:
+            shapes = BodyShapes.of(arm, known, stature=stature)
+    with set_in(path, "body.without"):
+        shapes = shapes.without(*body.without)
     frame = BodyFrame.of(arm, stature)
     for name, table in body.shapes.items():
-        try:
-            shapes = shapes.with_shape(name, _shape(table, frame))
-        except RangeError as error:
-            raise RangeError(f"body.shapes.{name}: {error}") from None
+        with set_in(path, f"body.shapes.{name}"):
+            try:
+                shapes = shapes.with_shape(name, _shape(table, frame))
+            except SelfmotionError as error:
+                raise RangeError(f"body.shapes.{name}: {error}") from None
     return shapes
 
 
@@ -231,10 +252,12 @@ def _shape(table: object, frame: "BodyFrame") -> "Shape":
     """Place a shape of the file in the arm's ground."""
     import numpy as np
 
+    from selfmotion.arrays import require_finite
     from selfmotion.cli.subject import BoxCm, CapsuleCm, EllipsoidCm
     from selfmotion.kinematics.solid_shapes import Box, Capsule, Ellipsoid
 
     def at(place: tuple[float, float, float]) -> np.ndarray:
+        require_finite("place", np.array(place))
         return frame.points([1e-2 * np.array(place)])[0]
 
     if isinstance(table, CapsuleCm):

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from selfmotion.kinematics.body_frame import BodyFrame
-    from selfmotion.kinematics.body_shapes import Shape
+    from selfmotion.kinematics.body_shapes import BodyShapes, Shape
     from selfmotion.methods.reaching.regions import NamedRegion
 
 # Digits after the point of angles (degrees) and lengths (mm, cm).
@@ -24,8 +24,8 @@ def subject_toml(person: PersonArms) -> str:
     arm = person.free
     base = arm.name.removesuffix(" (mirrored)")
     frame = BodyFrame.of(arm, person.stature)
-    lines = [f"name = {json.dumps(person.name)}", f"side = {json.dumps(person.side)}"]
-    lines.append(f"arm = {json.dumps(base)}")
+    lines = [f"name = {_text(person.name)}", f"side = {_text(person.side)}"]
+    lines.append(f"arm = {_text(base)}")
     if base in ("upper_limb", "upper_limb_anatomical"):
         lines += ["", "[lengths_mm]"]
         names = ("clavicle", "upper_arm", "forearm", "hand")
@@ -38,14 +38,28 @@ def subject_toml(person: PersonArms) -> str:
         low, high = person.limited.lower, person.limited.upper
         changed = (low != arm.lower) | (high != arm.upper)
         lines += [f"{j} = {_span(low[i], high[i])}" for i, j in enumerate(arm.joints) if changed[i]]
-    lines += ["", "[body]", f"posture = {json.dumps(person.posture)}"]
+    lines += ["", "[body]", f"posture = {_text(person.posture)}"]
     lines.append(f"stature_cm = {_number(1e2 * frame.stature)}")
     if person.body is not None:
+        lines += _without(person, person.body)
         for name, shape in person.body.shapes.items():
-            lines += ["", f"[body.shapes.{json.dumps(name)}]", *_shape(shape, frame)]
+            lines += ["", f"[body.shapes.{_text(name)}]", *_shape(shape, frame)]
     for region in person.regions:
-        lines += ["", f"[regions.{region.name}]", *_region(region, frame)]
+        lines += ["", f"[regions.{_text(region.name)}]", *_region(region, frame)]
     return "\n".join(lines) + "\n"
+
+
+def _without(person: PersonArms, body: "BodyShapes") -> list[str]:
+    """Name the usual shapes that the person's body does not have."""
+    from selfmotion.kinematics.body_shapes import POSTURES, BodyShapes
+
+    usual = [
+        BodyShapes.of(person.free, posture, stature=person.stature).shapes
+        for posture in POSTURES
+        if posture == person.posture
+    ]
+    missing = [name for shapes in usual for name in shapes if name not in body.shapes]
+    return [f"without = [{', '.join(map(_text, missing))}]"] if missing else []
 
 
 def _shape(shape: "Shape", frame: "BodyFrame") -> list[str]:
@@ -63,13 +77,18 @@ def _shape(shape: "Shape", frame: "BodyFrame") -> list[str]:
 
 
 def _region(region: "NamedRegion", frame: "BodyFrame") -> list[str]:
-    lines = [f"title = {json.dumps(region.title)}"]
+    lines = [f"title = {_text(region.title)}"]
     for name in ("outwards", "forward", "up"):
         low, high = getattr(region, name)
         if math.isfinite(low) or math.isfinite(high):
             scale = 1e2 * frame.stature
             lines.append(f"{name}_cm = [{_number(scale * low)}, {_number(scale * high)}]")
     return lines if region.way == "any" else [*lines, f'way = "{region.way}"']
+
+
+def _text(words: str) -> str:
+    """Quote a text: JSON's way is TOML's, but for characters that JSON writes in two halves."""
+    return json.dumps(words, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _span(low: float, high: float) -> str:

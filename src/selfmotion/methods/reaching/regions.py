@@ -22,6 +22,7 @@ from selfmotion.kinematics.forward import tip_positions
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
 from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits
 from selfmotion.methods.reaching.screen import REACHED, ReachScreen, reach_options
+from selfmotion.methods.reaching.self_motion_search import climb
 from selfmotion.methods.reaching.volumes import (
     Draw,
     PlacedBox,
@@ -34,7 +35,9 @@ from selfmotion.methods.workspace import Workspace
 Way = Literal["any", "over", "under"]
 WAYS: tuple[Way, ...] = ("any", "over", "under")
 # Postures that lead to a region its way: so many are tried from, chosen among so many.
-STARTS, POSTURES = 10, 4000
+STARTS, POSTURES = 2, 4000
+# An elbow this far above (or below) the shoulder has gone its way (m).
+ENOUGH = 1e-3
 OPEN = np.inf
 
 
@@ -194,8 +197,9 @@ def decide_way(
 ) -> Bool[np.ndarray, " points"]:
     """Tell which points (K, 3) are reached, and if the way matters, that way.
 
-    A point that was first reached the other way is tried again from postures that go this way and
-    have the hand near.
+    A point that was first reached the other way is tried again: the elbow is raised, or lowered,
+    along the self-motion of the hand's place, from that posture and from others that go this way
+    and have the hand near.
     """
     from scipy.spatial import KDTree
 
@@ -205,29 +209,29 @@ def decide_way(
     arm = screen.task.arm
     sign = 1.0 if way == "over" else -1.0
 
-    def goes(q: Float[np.ndarray, "samples coords"]) -> np.ndarray:
+    def height(q: Float[np.ndarray, "samples coords"]) -> np.ndarray:
+        """Give how far the elbow is on the right side of the shoulder (m), `ENOUGH` at most."""
         places = tip_positions(arm.chain, q, [arm.tip("shoulder"), arm.tip("elbow")])
-        return sign * ((places[:, 1] - places[:, 0]) @ frame.axes[:, 2]) > 0
+        return np.minimum(sign * ((places[:, 1] - places[:, 0]) @ frame.axes[:, 2]), ENOUGH)
 
     out = np.zeros(len(points), dtype=np.bool_)
-    out[reach.reachable] = goes(reach.q[reach.reachable])
+
+    def climb_from(rows: np.ndarray, q: np.ndarray) -> None:
+        out[rows] = climb(screen.task, points[rows], q, height)[1] > 0
+
+    rows = np.flatnonzero(reach.reachable)
+    climb_from(rows, reach.q[rows])
     postures = evenly(POSTURES, *finite_limits(arm))
-    postures = postures[goes(postures)]
+    postures = postures[height(postures) > 0]
     hands = tip_positions(arm.chain, postures, [arm.tip(screen.task.landmark)])[:, 0]
     once = IkOptions(position_tolerance=REACHED, restarts=0, threads=threads)
-    count = min(STARTS, len(postures))
-    if not count:
-        return out
-    order = np.reshape(KDTree(hands).query(points, k=count)[1], (len(points), count))
-    for k in range(count):
-        todo = np.flatnonzero(reach.reachable & ~out)
-        if not len(todo):
+    for k in range(min(STARTS, len(postures))):
+        rows = np.flatnonzero(reach.reachable & ~out)
+        if not len(rows):
             break
-        start = postures[order[todo, k]]
-        found = solve_ik(screen.task, points[todo], start=start, options=once)
-        good = found.solved.copy()
-        good[good] = goes(found.q[good])
-        out[todo] = good
+        near = np.reshape(KDTree(hands).query(points[rows], k=k + 1)[1], (len(rows), -1))[:, k]
+        found = solve_ik(screen.task, points[rows], start=postures[near], options=once)
+        climb_from(rows[found.solved], found.q[found.solved])
     return out
 
 
