@@ -69,15 +69,15 @@ def test_predict_gives_the_same_on_a_cluster(
 
 KILLS_ITSELF = """
 import os, signal, sys
-from selfmotion import batch
+from selfmotion.batch.journal import Journal
 from selfmotion.cli.app import main
-add, left = batch._Journal.add, [{after}]
+add, left = Journal.add, [{after}]
 def add_or_die(self, item, outcome):
     add(self, item, outcome)
     left[0] -= 1
     if not left[0]:
         os.kill(os.getpid(), signal.SIGKILL)
-batch._Journal.add = add_or_die
+Journal.add = add_or_die
 main(sys.argv[1:])
 """
 
