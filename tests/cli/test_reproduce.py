@@ -10,6 +10,7 @@ from selfmotion.cli import reproduce
 from selfmotion.methods.workspace import WorkspaceOptions
 from selfmotion.provenance import Provenance
 from selfmotion.report.html import Page, Section
+from selfmotion.studies.paper_figures import FIGURES
 from tests.cli.running import Capture, answered, refused
 
 PAPERS = ("khoramshahi2022", "tommasino2017", "deboon", "li2022")
@@ -43,7 +44,8 @@ def test_tommasino2017_gives_numbers_and_a_report(tmp_path: Path, capsys: Captur
     damping = document["numbers"][0]
     assert damping["published"] == damping["ours"] == "0.04, 0.12, 0.16"
     page = (tmp_path / "tommasino2017.html").read_text(encoding="utf-8")
-    assert page.count("<svg") >= 5 and "Person 2" in page
+    assert page.count("<svg") >= 6 and "Person 2" in page
+    assert all(one.section in page for one in FIGURES["tommasino2017"])
     assert json.loads((tmp_path / "reproduce.json").read_text())["numbers"] == document["numbers"]
 
 
@@ -61,7 +63,9 @@ def test_numbers_of_deboon_say_that_they_are_taken_over(tmp_path: Path) -> None:
     assert all(r.published == r.ours for r in records if r.comparable)
     assert sum("not at hand" in r.kind for r in records) == 3
     path = write_page(tmp_path / "d.html", deboon_page(found, table, Provenance("test")))
-    assert path.read_text(encoding="utf-8").count("<svg") >= 3
+    text = path.read_text(encoding="utf-8")
+    assert text.count("<svg") >= 3
+    assert all(one.section in text for one in FIGURES["deboon"])
 
 
 @pytest.fixture
@@ -106,8 +110,8 @@ def test_all_is_each_paper_in_turn_and_one_page_of_everything(
     assert "4 published numbers of 4 papers" in whole
     for name in PAPERS:
         assert f"On {name}." in whole and f"A figure of {name}." in whole
-        assert f">{name.title()} et al.: Published numbers beside ours</h2>" in whole
-        assert f">{name.title()} et al.: Scenario 1: a circle</h2>" in whole
+        assert f'id="{name}-et-al-published-numbers-beside-ours"' in whole
+        assert f'id="{name}-et-al-scenario-1-a-circle"' in whole
 
 
 @pytest.mark.usefixtures("quick")

@@ -5,8 +5,10 @@ import pytest
 
 from selfmotion.motion.files.mat import PublishedDataset
 from selfmotion.motion.labels import Labels
+from selfmotion.report.khoramshahi2022_page import khoramshahi2022_page
 from selfmotion.studies.khoramshahi2022 import Size, against_authors, reproduce
 from selfmotion.studies.numerical_examples import example_1, example_2, gamma_sweep, noise_sweep
+from selfmotion.studies.paper_figures import FIGURES
 from selfmotion.studies.published import KHORAMSHAHI2022, as_text
 from selfmotion.studies.results import Convergence
 from selfmotion.studies.simulated_people import ReachingProtocol
@@ -79,10 +81,27 @@ def test_every_published_number_has_a_row(small):
     assert (small.table["note"] != "").all()
 
 
+def test_the_split_velocity_of_eqs_13_and_14_is_exact(small):
+    table = small.table.set_index("where")
+    for where, null in (("eq. 13", "-0.5, 0.5"), ("eq. 14", "-0.1, 0.1")):
+        assert table.at[where, "ours"] == table.at[where, "published"]
+        assert null in table.at[where, "note"]
+
+
 def test_generated_people_are_never_called_comparable(small):
-    experiments = ~small.table["where"].isin(["Fig 1", "Fig 2", "Fig 3"])
+    examples = ["eq. 13", "eq. 14", "Fig 1", "Fig 2", "Fig 3", "S1 File"]
+    experiments = ~small.table["where"].isin(examples)
     assert not small.table.loc[experiments, "comparable"].any()
     assert small.table.loc[~experiments, "comparable"].all()
+
+
+def test_the_report_holds_every_figure(small):
+    page = khoramshahi2022_page(small)
+    places = {one.section for one in FIGURES["khoramshahi2022"]} - {""}
+    assert places <= {section.heading for section in page.sections}
+    captions = [picture.caption for section in page.sections for picture in section.pictures]
+    for name in ("Fig 1", "Fig 2", "Fig 3", "Fig 5", "Fig 6", "Fig 7", "Fig 9", "Table 1", "S1"):
+        assert any(f"As {name}" in c or f"As the paper's {name}" in c for c in captions), name
 
 
 def test_locked_elbow_leaves_nothing_to_identify(small):

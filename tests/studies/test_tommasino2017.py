@@ -135,8 +135,12 @@ def test_the_prior_makes_the_fit_within_15_degrees_usable():
 
 def test_the_table_of_published_numbers():
     found = reproduce_tommasino2017(0, n_people=1, protocol=CenterOut(n_trials=4))
-    table = found.table.set_index("where")
-    assert str(table.at["eq. 9", "published"]) == str(table.at["eq. 9", "ours"])
-    assert list(found.table["ours"][:3]) == list(found.table["published"][:3])
+    rows = found.table.to_dict("records")
+    # eq. 10 at the centre: b_max = 2 τ₀, so that k = 2 where Fig 3 prints 22.5.
+    (spring,) = (row for row in rows if row["quantity"].startswith("constant k"))
+    assert (spring["published"], spring["ours"]) == ("22.5", "2")
+    same = [row for row in rows if row["comparable"] and row is not spring]
+    assert len(same) == 3 and all(row["ours"] == row["published"] for row in same)
+    assert all(row["ours"] and row["note"] for row in rows)
     assert len(found.people) == 1
     np.testing.assert_allclose(np.linalg.norm(target_places(), axis=1), np.pi / 12)

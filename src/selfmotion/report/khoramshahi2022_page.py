@@ -27,12 +27,19 @@ GENERATED = (
     "can be learnt here is whether the method finds the weights that the people have."
 )
 
+ESTIMATORS = {
+    "ml": "maximum likelihood",
+    "paper": "Algorithm 1",
+    "feedback": "with posture feedback",
+}
+
 
 def khoramshahi2022_page(made: Reproduction) -> Page:
     """Give the report on a reproduction."""
-    kinds = made.table["kind"].value_counts()
-    counts = "; ".join(f"{count}: {kind}" for kind, count in kinds.items())
-    summary = f"{len(made.table)} published numbers beside ours. {counts}."
+    summary = (
+        f"{len(made.table)} published numbers beside ours; {made.table['comparable'].sum()} of "
+        "them can be compared."
+    )
     sections = [comparison_section(made), *example_sections(made)]
     sections += [*reaching_sections(made.reaching), screen_section(made.screen)]
     footer = Footer((made.provenance,), ("Khoramshahi2022",))
@@ -43,7 +50,7 @@ def khoramshahi2022_page(made: Reproduction) -> Page:
 def comparison_section(made: Reproduction) -> Section:
     """Show the published numbers beside ours, and our weights beside the authors'."""
     numbers = made.table.drop(columns=["unit", "comparable"])
-    tables = [Table(numbers, "Published numbers beside ours; `kind` says what may be compared.")]
+    tables = [Table(numbers, "Published numbers beside ours; “kind” says what may be compared.")]
     if made.authors is not None:
         tables.append(Table(made.authors, "Weights of the authors beside ours (largest = 1)."))
     return Section(
@@ -73,9 +80,9 @@ def example_sections(made: Reproduction) -> list[Section]:
                 ),
                 Picture(
                     noise_figure(made.noise),
-                    "Error against null-space noise (mean and standard deviation). Algorithm 1 is "
-                    "biased by it; maximum likelihood much less as long as the noise leaves the "
-                    "hand alone.",
+                    "As S1 File: error against null-space noise (mean and standard deviation). "
+                    "Algorithm 1 is biased by it; maximum likelihood much less as long as the "
+                    "noise leaves the hand alone.",
                     "Error against noise: the paper's algorithm rises faster than the other",
                 ),
             ),
@@ -157,9 +164,17 @@ def _recovery(table: pd.DataFrame | None) -> list[Section]:
                 "null-space motion that posture drives is not independent of the task. The paper's "
                 "Algorithm 1 was stopped early, as it must be: it creeps.",
             ),
-            tables=(Table(table, "Identified against true log-ratios, by estimator."),),
+            tables=(Table(in_words(table), "Identified against true log-ratios, by estimator."),),
         )
     ]
+
+
+def in_words(recovery: pd.DataFrame) -> pd.DataFrame:
+    """Name estimators and joints as a person reads them."""
+    return recovery.assign(
+        method=[ESTIMATORS[name] for name in recovery["method"]],
+        ratio=recovery["ratio"].str.replace("_", " "),
+    )
 
 
 def screen_section(result: ScreenResult) -> Section:
@@ -169,7 +184,7 @@ def screen_section(result: ScreenResult) -> Section:
     tables = ()
     if result.recovery is not None:
         caption = "Identified against true log-ratios where the person chooses all three joints."
-        tables = (Table(result.recovery.table, caption),)
+        tables = (Table(in_words(result.recovery.table), caption),)
     return Section(
         "Experiment 2: an elbow that is not one's own",
         warning=GENERATED if result.generated else "",

@@ -1,4 +1,4 @@
-"""Pictures of planned and performed movements: [Tommasino2017] Figs 3, 5, 6, 7 and 8.
+"""Pictures of planned and performed movements: [Tommasino2017] Figs 3 to 8.
 
 What people did is drawn in full lines with bands of one standard deviation; what the model
 predicts in dashed lines. The path of the hand has the colour of the task, joints have their own.
@@ -30,6 +30,8 @@ BACK = "#7FBEE0"
 COLOURS = {"outbound": TASK, "inbound": BACK}
 # Targets whose movements Fig 7 shows.
 SHOWN_TARGETS = ("E", "W")
+# Nearer than this to the straight line (m) a path is on no side of it.
+ON_LINE = 1e-6
 
 
 @themed
@@ -91,57 +93,82 @@ def paths_figure(comparisons: list[Comparison], titles: list[str]) -> Figure:
 
 
 @themed
-def net_area_figure(found: Comparison) -> Figure:
-    """Draw measured A_net with its spread beside the predicted one, by movement (Fig 6).
+def net_areas_of_people_figure(comparisons: list[Comparison], titles: list[str]) -> Figure:
+    """Draw measured A_net with its spread beside the predicted one, one row a person (Fig 6).
 
     Stars: the prediction differs from the mean after correction.
     """
-    figure, axes = new_figure(2, 1, size=(6.4, 4.4), share_x=True, share_y=True)
-    tests = found.model_tests
-    for row, direction in enumerate(DIRECTIONS):
-        ax, at = axes[row, 0], np.arange(len(NAMES))
-        part = slice(row * len(NAMES), (row + 1) * len(NAMES))
-        zero_line(ax)
-        ax.bar(
-            at - 0.2,
-            tests.mean[part],
-            0.38,
-            yerr=tests.sd[part],
-            color=TASK,
-            ecolor=INK,
-            error_kw={"linewidth": 0.9},
-            label="person (mean ± SD)",
-        )
-        ax.bar(at + 0.2, tests.against[part], 0.38, color=BASELINE, label="model")
-        _stars(ax, tests, part)
-        ax.set_title(direction)
-        ax.set_ylabel("A_net")
-        ax.set_xticks(at, NAMES)
-    axes[0, 0].margins(y=0.15)
+    n_people = len(comparisons)
+    figure, axes = new_figure(
+        n_people, 2, size=(7.2, 1.25 * n_people + 1.2), share_x=True, share_y=True
+    )
+    at = np.arange(len(NAMES))
+    for row, (found, title) in enumerate(zip(comparisons, titles, strict=True)):
+        tests = found.model_tests
+        for column, direction in enumerate(DIRECTIONS):
+            ax = axes[row, column]
+            part = slice(column * len(NAMES), (column + 1) * len(NAMES))
+            zero_line(ax)
+            mean, sd, model = tests.mean[part], tests.sd[part], tests.against[part]
+            drawn = {"color": TASK, "ecolor": INK, "error_kw": {"linewidth": 0.9}}
+            ax.bar(at - 0.2, mean, 0.38, yerr=sd, label="person (mean ± SD)", **drawn)
+            ax.bar(at + 0.2, model, 0.38, color=BASELINE, label="model")
+            _stars(ax, tests, part)
+            ax.set_title(f"{title}, {direction}")
+            ax.set_xticks(at, NAMES)
+        axes[row, 0].set_ylabel("A_net")
+    axes[0, 0].margins(y=0.2)
     legend_below(figure, axes[0, 0])
     return figure
 
 
 @themed
-def joint_trajectories_figure(found: Comparison, joints: tuple[str, ...]) -> Figure:
-    """Draw joint angles to and from the east and the west, measured and predicted (Fig 7)."""
+def joint_trajectories_figure(
+    comparisons: list[Comparison], titles: list[str], joints: tuple[str, ...]
+) -> Figure:
+    """Draw joint angles to and from the east and the west, one row a person (Fig 7)."""
     shown = [(name, direction) for name in SHOWN_TARGETS for direction in DIRECTIONS]
-    figure, axes = new_figure(1, len(shown), size=(9.6, 3.0), share_y=True)
+    n_people = len(comparisons)
+    size = (9.6, 1.5 * n_people + 1.3)
+    figure, axes = new_figure(n_people, len(shown), size=size, share_x=True, share_y=True)
+    for row, (found, title) in enumerate(zip(comparisons, titles, strict=True)):
+        for ax, movement in zip(axes[row], shown, strict=True):
+            _joint_angles(ax, found, movement, joints)
+        axes[row, 0].set_ylabel(f"{title}\nangle (°)")
     for ax, (name, direction) in zip(axes[0], shown, strict=True):
-        data = found.data.q[found.data.of(name, direction)]
-        model = found.model.q[found.model.of(name, direction)[0]]
-        u = np.linspace(0.0, 100.0, data.shape[1])
-        for j, joint in enumerate(joints):
-            mean, sd = np.degrees(data[:, :, j].mean(axis=0)), np.degrees(data[:, :, j].std(axis=0))
-            colour = joint_colour(j)
-            ax.fill_between(u, mean - sd, mean + sd, color=colour, alpha=BAND, linewidth=0)
-            ax.plot(u, mean, color=colour, label=words(joint))
-            ax.plot(u, np.degrees(model[:, j]), color=colour, linestyle="--")
-        way = f"centre to {name}" if direction == "outbound" else f"{name} to centre"
-        ax.set_title(way)
+        ax.set_title(f"centre to {name}" if direction == "outbound" else f"{name} to centre")
+    for ax in axes[-1]:
         ax.set_xlabel("movement (%)")
     axes[0, 0].plot([], [], color=INK, linestyle="--", label="model")
-    axes[0, 0].set_ylabel("angle (°)")
+    legend_below(figure, axes[0, 0])
+    return figure
+
+
+@themed
+def areas_figure(motion: PlannedMotion, name: str = "NE") -> Figure:
+    """Draw the areas right and left of the way out to a target and back (Fig 4)."""
+    figure, axes = new_figure(1, len(DIRECTIONS), size=(7.2, 3.0), share_y=True)
+    for ax, direction in zip(axes[0], DIRECTIONS, strict=True):
+        path = motion.x[DIRECTIONS.index(direction) * len(NAMES) + NAMES.index(name)]
+        along = (path[-1] - path[0]) / np.linalg.norm(path[-1] - path[0])
+        s, left = (path - path[0]) @ along, (path - path[0]) @ [-along[1], along[0]]
+        ax.axhline(0.0, color=BASELINE, linewidth=1.0, linestyle=":", label="straight line")
+        ax.plot(100.0 * s, 100.0 * left, color=COLOURS[direction], label="path")
+        for side, hatch, label in ((left < -ON_LINE, None, "A_R"), (left > ON_LINE, "//", "A_L")):
+            ax.fill_between(
+                100.0 * s,
+                0.0,
+                100.0 * left,
+                where=side.tolist(),
+                color=COLOURS[direction],
+                alpha=BAND,
+                hatch=hatch,
+                linewidth=0,
+                label=label if side.any() else None,
+            )
+        ax.set_title(f"centre to {name}" if direction == "outbound" else f"{name} to centre")
+        ax.set_xlabel("along the line (cm)")
+    axes[0, 0].set_ylabel("to the left of it (cm)")
     legend_below(figure, axes[0, 0])
     return figure
 
@@ -195,6 +222,21 @@ def _mean_path(ax: Axes, data: Movements, movement: tuple[str, str], thick: bool
     outline = np.concatenate([mean + sd * across, (mean - sd * across)[::-1]])
     ax.fill(*outline.T, color=colour, alpha=BAND, linewidth=0)
     ax.plot(*mean.T, color=colour, linewidth=2.8 if thick else 1.2)
+
+
+def _joint_angles(
+    ax: Axes, found: Comparison, movement: tuple[str, str], joints: tuple[str, ...]
+) -> None:
+    """Draw the joints' mean angles with a band of one standard deviation, and the model's."""
+    data = found.data.q[found.data.of(*movement)]
+    model = found.model.q[found.model.of(*movement)[0]]
+    u = np.linspace(0.0, 100.0, data.shape[1])
+    for j, joint in enumerate(joints):
+        mean, sd = np.degrees(data[:, :, j].mean(axis=0)), np.degrees(data[:, :, j].std(axis=0))
+        colour = joint_colour(j)
+        ax.fill_between(u, mean - sd, mean + sd, color=colour, alpha=BAND, linewidth=0)
+        ax.plot(u, mean, color=colour, label=words(joint))
+        ax.plot(u, np.degrees(model[:, j]), color=colour, linestyle="--")
 
 
 def _stars(ax: Axes, tests: MeanTests, part: slice) -> None:

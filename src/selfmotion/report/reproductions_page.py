@@ -1,4 +1,7 @@
-"""The report of `selfmotion reproduce all`: the four papers, computed again, on one page."""
+"""The report of `selfmotion reproduce all`: the four papers, computed again, on one page.
+
+A chapter a paper; each begins with the paper's figures and tables and where they stand here.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -6,10 +9,12 @@ from dataclasses import replace
 
 import pandas as pd
 
-from selfmotion.report.html import Footer, Page, Section, Table
+from selfmotion.report.html import Footer, Link, Page, Section, Table
+from selfmotion.studies.paper_figures import MISSING, NO_RESULT, figures_of
 
 TITLE = "Four papers, computed again"
 END_OF_TITLE = ", computed again"
+CHECKLIST = "Figures and tables of the paper"
 
 
 def reproductions_page(pages: Sequence[Page], numbers: pd.DataFrame) -> Page:
@@ -17,16 +22,17 @@ def reproductions_page(pages: Sequence[Page], numbers: pd.DataFrame) -> Page:
 
     Args:
         pages: the report on each paper.
-        numbers: every published number beside ours: `paper`, `comparable`, `kind`.
+        numbers: every published number beside ours: `paper`, `comparable`, `kind`; the papers in
+            the order of the pages.
     """
-    sections = [overview_section(numbers)]
-    for page in pages:
-        whose = page.title.removesuffix(END_OF_TITLE)
-        first, *others = page.sections
+    papers = list(dict.fromkeys(numbers["paper"]))
+    whose = [page.title.removesuffix(END_OF_TITLE) for page in pages]
+    sections = [overview_section(pages, numbers, dict(zip(papers, whose, strict=True)))]
+    for page, paper, chapter in zip(pages, papers, whose, strict=True):
+        first, *others = with_checklist(page, paper).sections
         words = (page.summary, *first.words) if page.summary else first.words
         sections += [
-            replace(section, heading=f"{whose}: {section.heading}")
-            for section in (replace(first, words=words), *others)
+            replace(one, chapter=chapter) for one in (replace(first, words=words), *others)
         ]
     summary = (
         f"{len(numbers)} published numbers of {len(pages)} papers beside ours, with the papers' "
@@ -35,19 +41,73 @@ def reproductions_page(pages: Sequence[Page], numbers: pd.DataFrame) -> Page:
     return Page(TITLE, tuple(sections), summary, _joined([page.footer for page in pages]))
 
 
-def overview_section(numbers: pd.DataFrame) -> Section:
-    """Count the numbers of each paper by what may be compared."""
-    counts = Counter(zip(numbers["paper"], numbers["kind"], strict=True))
-    rows = [(paper, kind, count) for (paper, kind), count in counts.items()]
-    table = pd.DataFrame(rows, columns=["paper", "kind", "numbers"])
+def with_checklist(page: Page, paper: str) -> Page:
+    """Let a report begin with the paper's figures and tables, each with a link to its place.
+
+    Args:
+        page: the report on one paper.
+        paper: its key, as in `reproduce`.
+    """
+    headings = frozenset(section.heading for section in page.sections)
+    rows = [
+        {
+            "in the paper": Link(one.where, one.section),
+            "shows": one.shows,
+            "here": one.here,
+            "difference": one.difference or None,
+        }
+        for one in figures_of(paper, headings)
+    ]
+    section = Section(
+        CHECKLIST,
+        tables=(Table(pd.DataFrame(rows), "In the paper's order; links lead to our counterpart."),),
+    )
+    return replace(page, sections=(section, *page.sections))
+
+
+def overview_section(
+    pages: Sequence[Page], numbers: pd.DataFrame, names: dict[str, str]
+) -> Section:
+    """Count the figures and the numbers of each paper by what may be compared.
+
+    Args:
+        pages: the report on each paper.
+        numbers: as for `reproductions_page`.
+        names: of the papers in words, by key.
+    """
+    rows = []
+    for page, (paper, name) in zip(pages, names.items(), strict=True):
+        headings = frozenset(section.heading for section in page.sections)
+        figures = figures_of(paper, headings)
+        some = numbers.loc[numbers["paper"] == paper]
+        rows.append(
+            {
+                "paper": name,
+                "figures and tables": len(figures),
+                "shown here": sum(one.here not in (MISSING, NO_RESULT) for one in figures),
+                "photographs, diagrams": sum(one.here == NO_RESULT for one in figures),
+                "not at hand": sum(one.here == MISSING for one in figures),
+                "numbers": len(some),
+                "that can be compared": int(some["comparable"].sum()),
+            }
+        )
+    counts = Counter(numbers["kind"])
+    kinds = pd.DataFrame(counts.items(), columns=["kind", "numbers"])
     return Section(
         "What can be compared",
         words=(
-            "Each paper's numbers stand in a table below, its figures after them. `kind` says "
-            "whether a number can be compared with the published one, and why not where it "
-            "cannot; `note` says what a difference comes from.",
+            "A chapter a paper: first a list of all its figures and tables with links to ours, "
+            "then its numbers beside ours, then the figures. “Kind” says whether a number can be "
+            "compared with the published one, and why not where it cannot; “note” says what a "
+            "difference comes from.",
+            "The recordings behind the papers are not at hand. Where people are generated, "
+            "agreement is built in and proves nothing about the paper; it shows that the "
+            "computation is the paper's.",
         ),
-        tables=(Table(table, "Published numbers by paper and kind."),),
+        tables=(
+            Table(pd.DataFrame(rows), "What each paper shows, and what of it stands here."),
+            Table(kinds, "Published numbers by kind of comparison."),
+        ),
     )
 
 

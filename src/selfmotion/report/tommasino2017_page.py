@@ -1,15 +1,20 @@
 """The report of `selfmotion reproduce tommasino2017`: its table and figures, what they mean."""
 
+from collections.abc import Sequence
+
 import pandas as pd
 
+from selfmotion.methods.curvature import LEVEL, MeanTests
 from selfmotion.report.html import Footer, Page, Picture, Section, Table
 from selfmotion.report.planner_figures import (
+    areas_figure,
     joint_trajectories_figure,
-    net_area_figure,
+    net_areas_of_people_figure,
     paths_figure,
     planned_movements_figure,
     speed_figure,
 )
+from selfmotion.studies.tommasino2017 import Comparison
 from selfmotion.studies.tommasino2017_numbers import Reproduction
 
 GENERATED = (
@@ -29,7 +34,7 @@ def tommasino2017_page(made: Reproduction, numbers: pd.DataFrame) -> Page:
     sections = [
         Section(
             "Published numbers beside ours",
-            tables=(Table(numbers, "`kind` says what may be compared."),),
+            tables=(Table(numbers, "“Kind” says what may be compared."),),
         ),
         planned_section(made),
         people_section(made),
@@ -52,6 +57,12 @@ def planned_section(made: Reproduction) -> Section:
                 "As the paper's Fig 3: on the diagonals the ways out and back differ.",
                 "Paths, joint angles and speed of sixteen planned movements",
             ),
+            Picture(
+                areas_figure(made.figure_3),
+                "As Fig 4, for one of them: A_net = A_R − A_L, as a share of the squared way to "
+                "the target. Out and back veer to the same side, which is hysteresis.",
+                "Areas beside the straight line on the way out and on the way back",
+            ),
         ),
     )
 
@@ -60,14 +71,7 @@ def people_section(made: Reproduction) -> Section:
     """Show what simulated people do, beside what the law fitted to them predicts."""
     found = [person.comparison for person in made.people]
     titles = [f"Person {i + 1}" for i in range(len(found))]
-    shown = "Person 1. Full lines: mean with one standard deviation; dashed: the model."
-    tests = pd.concat(
-        [one.to_frame().assign(person=i + 1) for i, one in enumerate(found)], ignore_index=True
-    )
-    # Person and test first: the table is long, and wide ones are cut on the right.
-    first = ["person", "test"]
-    dropped = [*first, "t", "df", "note", "against"]
-    order = first + [name for name in tests.columns if name not in dropped]
+    lines = "Full lines: mean with one standard deviation; dashed: the model."
     return Section(
         "Simulated people",
         warning=GENERATED,
@@ -79,25 +83,44 @@ def people_section(made: Reproduction) -> Section:
                 "Mean paths out and back of each person, with predicted ones",
             ),
             Picture(
-                net_area_figure(found[0]),
-                "As Fig 6, person 1. Star: the model differs (corrected).",
-                "A_net of sixteen movements, measured and predicted",
+                net_areas_of_people_figure(found, titles),
+                "As Fig 6. A_net as a share of the squared way to the target; star: the model "
+                "differs (corrected).",
+                "A_net of sixteen movements of each person, measured and predicted",
             ),
             Picture(
-                joint_trajectories_figure(found[0], made.figure_3.joints),
-                f"As Fig 7. {shown}",
-                "Joint angles to and from the east and the west",
+                joint_trajectories_figure(found, titles, made.figure_3.joints),
+                f"As Fig 7. {lines}",
+                "Joint angles to and from the east and the west, of each person",
             ),
             Picture(
                 speed_figure(found[0]),
-                f"As Fig 8. {shown}",
+                f"As Fig 8, person 1. {lines}",
                 "Speed over the movement, one panel a target",
             ),
         ),
         tables=(
             Table(
-                tests.loc[:, order],
-                "Tests of the means; A_sum cannot be negative, so that its test says nothing.",
+                tests_by_person(found),
+                "How many movements or targets differ, by person: before correction, as in the "
+                "paper, and in brackets after correction for all of a kind (Holm).",
             ),
         ),
+    )
+
+
+def tests_by_person(found: Sequence[Comparison]) -> pd.DataFrame:
+    """Count the tests of each person that find a difference, before and after correction."""
+
+    def count(tests: MeanTests) -> str:
+        return f"{int((tests.p < LEVEL).sum())} ({int(tests.differs.sum())})"
+
+    return pd.DataFrame(
+        {
+            "person": [i + 1 for i in range(len(found))],
+            "curved (Asum ≠ 0), of 16": [count(one.sum_tests) for one in found],
+            "veers (Anet ≠ 0), of 16": [count(one.net_tests) for one in found],
+            "hysteresis, of 8": [count(one.hysteresis_tests) for one in found],
+            "model differs, of 16": [count(one.model_tests) for one in found],
+        }
     )

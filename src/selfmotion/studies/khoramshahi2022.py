@@ -15,6 +15,7 @@ from selfmotion.errors import RangeError
 from selfmotion.motion.files.mat import PublishedDataset
 from selfmotion.motion.labels import Labels
 from selfmotion.provenance import Provenance
+from selfmotion.redundancy.projection import project
 from selfmotion.studies.numerical_examples import (
     EXAMPLE_1_GAMMA,
     FIG_2_ITERATIONS,
@@ -144,7 +145,9 @@ def reproduce(
             rng=streams[4], protocol=s.screen, paper_iterations=s.generated_iterations
         )
     ours = (
+        *_splits(),
         *_examples(fig1, fig2, fig3),
+        _noise(noise),
         *_experiment_1(reaching),
         *_experiment_2(screen),
     )
@@ -164,6 +167,28 @@ def reproduce(
         authors=authors,
         provenance=Provenance("reproduce khoramshahi2022", seed=seed, choices=choices),
     )
+
+
+def _splits() -> list[Ours]:
+    """Split the velocity of eqs 13 and 14: two prismatic joints, of which the second moves."""
+    J, qd = np.ones((1, 1, 2)), np.array([0.0, 1.0])
+    rows = []
+    for key, weights in (("split_equal", [1.0, 1.0]), ("split_weighted", [1.0, 1.0 / 9.0])):
+        split = project(J, weights)
+        task = qd - split.null[0] @ qd
+        null = as_text(tuple((qd - task).tolist()))
+        rows.append(Ours(key, tuple(task.tolist()), SAME, f"null-space part: {null}"))
+    return rows
+
+
+def _noise(sweep: NoiseSweep) -> Ours:
+    """Say whether the error of Algorithm 1 grows with the noise, as the text has it."""
+    table = sweep.table.loc[sweep.table["method"] == "paper"]
+    free = table.loc[table["noise"] != "projected"].sort_values("sigma")
+    errors = free["error"].to_numpy(dtype=float)
+    pairs = zip(free["sigma"].tolist(), errors.tolist(), strict=True)
+    found = ", ".join(f"{error:.2g} (σ = {sigma:g})" for sigma, error in pairs)
+    return Ours("noise", (bool((np.diff(errors) > 0).all()),), TREND, f"error: {found}")
 
 
 def _examples(fig1: Convergence, fig2: Sweep, fig3: Sweep) -> list[Ours]:
@@ -192,7 +217,7 @@ def _examples(fig1: Convergence, fig2: Sweep, fig3: Sweep) -> list[Ours]:
         ),
         Ours(
             "gamma_monotone",
-            (float(fastest == 0.0), float(np.ptp(never, axis=1).max() == 0.0)),
+            (fastest == 0.0, bool(np.ptp(never, axis=1).max() == 0.0)),
             TREND,
             f"iterations to within {SETTLED:g} of the end: {counts}",
         ),
@@ -241,8 +266,8 @@ def _experiment_1(result: ReachingResult) -> list[Ours]:
         f"rms null-space speed (rad/s), {first} and {second}: identified "
         f"{own[0]:.3f}, {own[1]:.3f}; W = I {plain[0]:.3f}, {plain[1]:.3f}"
     )
-    smaller = tuple(float(a < b) for a, b in zip(own, plain, strict=True))
-    reversal = (float(own[1] > own[0]), float(plain[0] > plain[1]))
+    smaller = tuple(bool(a < b) for a, b in zip(own, plain, strict=True))
+    reversal = (bool(own[1] > own[0]), bool(plain[0] > plain[1]))
     return [
         *rows,
         Ours("null_smaller", smaller, kind, note),
