@@ -151,6 +151,37 @@ def test_decisions_agree_with_bounded_least_squares():
             assert np.linalg.norm(fit.fun) > 1e-4
 
 
+@pytest.mark.parametrize("limits", [{}, BRACE], ids=["free", "braced"])
+def test_neighbours_find_what_many_starts_find(limits):
+    arm, rng = load_arm("upper_limb").with_limits(limits), np.random.default_rng(7)
+    screen = reach_screen(HandRows(arm, XYZ), n_points=256)
+    points = rng.uniform(screen.low, screen.high, (6000, 3))
+    reach, learned = screen.explore(points)
+    hand = positions(arm.chain, reach.q[reach.reachable], arm.tip("hand"))
+    np.testing.assert_allclose(hand, points[reach.reachable], atol=1.1e-5)
+    left = points[~reach.reachable]
+    again = solve_ik(HandRows(arm, XYZ), left)
+    assert again.solved.sum() <= 3  # of some 3000 that are reached
+    tried = np.isfinite(reach.distance[~reach.reachable]) & ~again.solved
+    longer = reach.distance[~reach.reachable][tried] - again.position_error[tried]
+    assert (longer > 1e-3).mean() < 0.01
+    np.testing.assert_allclose(
+        positions(arm.chain, learned.postures, arm.tip("hand")), learned.hands, atol=1.1e-5
+    )
+
+
+def test_nothing_to_explore():
+    screen = reach_screen(HandRows(load_arm("upper_limb"), XYZ), n_points=64)
+    reach, learned = screen.explore(np.zeros((0, 3)))
+    assert len(reach.reachable) == 0 and len(learned.hands) == len(screen.hands)
+
+
+def test_a_thin_shell_is_not_missed():
+    found = workspace(telescope(0.49, 0.5), options=WorkspaceOptions(n_points=4096, shifts=4))
+    free, true = found.regions["free"], 4 / 3 * np.pi * (0.5**3 - 0.49**3)
+    assert free.volume == pytest.approx(true, abs=4 * free.standard_error + 2e-3 * true)
+
+
 def test_blocked_space_does_not_count():
     options = WorkspaceOptions(n_points=512, shifts=4)
     whole = workspace(telescope(), options=options).regions["free"]

@@ -23,6 +23,7 @@ from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.body_frame import BodyFrame
 from selfmotion.kinematics.forward import forward_kinematics, frames_and_jacobian
+from selfmotion.kinematics.threads import share
 from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
 from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits
 from selfmotion.methods.reaching.ik_tasks import HandRows
@@ -252,11 +253,7 @@ def workspace(
     draw = rng if rng is not None else np.random.default_rng(0)
     if limited is not None:
         _check_nested(arm, limited)
-    screens = tuple(
-        reach_screen(HandRows(a, ("x", "y", "z")), n_points=256)
-        for a in (limited, arm)
-        if a is not None
-    )
+    screens = _screens([a for a in (limited, arm) if a is not None], opts.threads)
     _require_volume(arm)
     box = screens[-1].low, screens[-1].high
     points = Draw(opts.n_points, opts.shifts, opts.threads, blocked, draw)
@@ -280,6 +277,18 @@ def workspace(
         blocked,
         opts,
     )
+
+
+def _screens(arms: list[Arm], threads: int) -> tuple[ReachScreen, ...]:
+    """Build the screens of arms, at the same time if there are threads."""
+    made: dict[int, ReachScreen] = {}
+
+    def work(first: int, last: int) -> None:
+        for i in range(first, last):
+            made[i] = reach_screen(HandRows(arms[i], ("x", "y", "z")), n_points=256)
+
+    share(work, len(arms), threads, least=1)
+    return tuple(made[i] for i in range(len(arms)))
 
 
 def _slices(

@@ -195,6 +195,44 @@ def solve_batch(model, rows, goals, seeds, options, starts, out):
 
 
 @compiled(*CALLED, **DRIVER)
+def descend_batch(model, rows, goals, seeds, starts, options, patience, out):
+    """Descend from seeds near each target and from starts of its own (K,S,n); better what is out.
+
+    As many seeds are tried as `options` allows starts; none if it does not begin with a seed.
+    """
+    w = make_work(model.lead.shape[0], model.lower.shape[0])
+    q, scores = w.q, np.empty(seeds.cells.shape[1])
+    n_seeds = min(options.restarts + 1, scores.shape[0]) if options.seed_first else 0
+    for k in range(out.q.shape[0]):
+        position, rotation, angles = goals.position[k], goals.rotation[k], goals.angles[k]
+        weight, cell = rows.scale**2, 0
+        least = out.errors[k, 0] ** 2 + weight * out.errors[k, 1] ** 2
+        if n_seeds:
+            cell = _score_seeds(rows, seeds, position, rotation, angles, scores, w)
+        for attempt in range(n_seeds + starts.shape[1]):
+            if attempt < n_seeds:
+                pick = _next_seed(scores)
+                scores[pick] = np.inf
+                start = seeds.q[seeds.cells[cell, pick]]
+            else:
+                start = starts[k, attempt - n_seeds]
+            for j in range(q.shape[0]):
+                q[j] = start[j]
+            near, turned, n_done, solved = descend(
+                model, rows, position, rotation, angles, options, patience, q, w
+            )
+            out.counts[k, 0] += n_done
+            out.counts[k, 1] += 1
+            if solved or near + weight * turned < least:
+                least, out.solved[k] = near + weight * turned, solved
+                out.errors[k, 0], out.errors[k, 1] = np.sqrt(near), np.sqrt(turned)
+                for j in range(q.shape[0]):
+                    out.q[k, j] = q[j]
+            if solved:
+                break
+
+
+@compiled(*CALLED, **DRIVER)
 def published_batch(model, rows, goals, scheme, starts, out):
     """Solve every target by [DeBoon] eqs 10 to 16: steps in the unbounded variable."""
     q = out.q

@@ -25,6 +25,7 @@ from selfmotion.methods.reaching.ik_seeds import (
     seed_table,
 )
 from selfmotion.methods.reaching.ik_tasks import ROWS, HandRows
+from selfmotion.methods.reaching.nearby import decide_nearby
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
@@ -40,6 +41,8 @@ KNOWN = 32768
 # A point counts as reached when the hand comes as near as this (m); so many starts are tried, and
 # twice as many from postures at the ends of ranges.
 REACHED, STARTS = 1e-5, 5
+# Points decided before what was learned from them is used.
+LEAST_ROUND = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,8 @@ class ReachScreen:
         high: (3,) the opposite corner.
         centres: (B, 3) centres of the balls (m).
         radii: (B,) their radii (m).
+        hands: (H, 3) where decided points brought the hand (m), and in which
+        postures: (H, n); their neighbours are decided from there.
     """
 
     task: HandRows
@@ -78,6 +83,8 @@ class ReachScreen:
     high: Float[np.ndarray, "3"]
     centres: Float[np.ndarray, "balls 3"]
     radii: Float[np.ndarray, " balls"]
+    hands: Float[np.ndarray, "hands 3"]
+    postures: Float[np.ndarray, "hands coords"]
 
     @cached_property
     def _tree(self) -> "KDTree":
@@ -86,21 +93,25 @@ class ReachScreen:
         return KDTree(self.centres)
 
     @cached_property
+    def _hand_tree(self) -> "KDTree":
+        return _quick_tree(self.hands)
+
+    @cached_property
     def _known(self) -> "KDTree":
-        from scipy.spatial import KDTree
+        reached = self._hands_at(at_ends(KNOWN, *finite_limits(self.task.arm)))
+        return _quick_tree(np.concatenate([self.seeds.positions, reached]))
 
-        arm = self.task.arm
-        q = at_ends(KNOWN, *finite_limits(arm))
-        reached = positions(arm.chain, q, arm.tip(self.task.landmark))
-        return KDTree(np.concatenate([self.seeds.positions, reached]))
+    def _hands_at(self, q: np.ndarray) -> Float[np.ndarray, "samples 3"]:
+        return positions(self.task.arm.chain, q, self.task.arm.tip(self.task.landmark))
 
-    def refuses(self, points: ArrayLike) -> Bool[np.ndarray, " points"]:
+    def refuses(self, points: ArrayLike, *, threads: int = 1) -> Bool[np.ndarray, " points"]:
         """Tell which points (K, 3) are certainly out of reach: outside the box or in a ball."""
         x = _points(points)
         refused: np.ndarray = np.any((x < self.low) | (x > self.high), axis=1)
         if len(self.centres):
             count = min(BALLS, len(self.centres))
-            away, ball = (np.reshape(a, (len(x), count)) for a in self._tree.query(x, k=count))
+            found = self._tree.query(x, k=count, workers=threads)
+            away, ball = (np.reshape(a, (len(x), count)) for a in found)
             refused |= np.any(away < self.radii[ball], axis=1)
         return refused
 
@@ -139,14 +150,53 @@ class ReachScreen:
             distance[open_] = np.hypot(found.position_error, turned)
         return Reach(*(freeze(a) for a in (x, reachable, distance, q)))
 
+    def explore(self, points: ArrayLike, *, threads: int = 1) -> tuple[Reach, "ReachScreen"]:
+        """Decide many points (K, 3) that lie close to one another; give what was learned, too.
+
+        Each round, the points of which are no denser than those before, starts from the postures
+        of neighbours. A task that holds angles, where these may be far apart, is decided as ever.
+
+        Raises:
+            ShapeError: the points are not (K, 3).
+            NotFiniteError: a point is not finite.
+        """
+        x, screen, done, parts = _points(points), self, 0, []
+        while done < len(x) or not parts:
+            part = x[done : done + max(LEAST_ROUND, done)]
+            if self.task.angles or not len(screen.hands):
+                reach = screen.decide(part, options=reach_options(threads=threads))
+            else:
+                reach = screen._nearby(part, threads)
+            screen, done = screen.learn(reach), done + len(part)
+            parts.append(reach)
+        q = np.concatenate([p.q for p in parts])
+        reached = np.concatenate([p.reachable for p in parts])
+        distance = np.concatenate([p.distance for p in parts])
+        return Reach(*(freeze(a) for a in (x, reached, distance, q))), screen
+
+    def _nearby(self, x: Float[np.ndarray, "points 3"], threads: int) -> Reach:
+        """Decide points by the screen, then from postures of their neighbours."""
+        distance, reachable = np.full(len(x), np.nan), np.zeros(len(x), dtype=np.bool_)
+        q = np.full((len(x), self.task.arm.n_joints), np.nan)
+        left, known = ~self.refuses(x, threads=threads), (self._hand_tree, self.postures)
+        found = decide_nearby(self.seeds, x[left], known, REACHED, threads=threads)
+        q[left], reachable[left], distance[left] = found.q, found.solved, found.errors[:, 0]
+        return Reach(*(freeze(a) for a in (x, reachable, distance, q)))
+
     def learn(self, reach: Reach) -> "ReachScreen":
-        """Give a screen that also knows the balls around points just found out of reach."""
+        """Give a screen that also knows the balls around points just found out of reach.
+
+        It knows, too, where the hand came on the way to them, and to those that were reached.
+        """
         out = ~reach.reachable & np.isfinite(reach.distance)
         points, radius = reach.points[out], (1.0 - MARGIN_PART) * reach.distance[out]
         radius = np.minimum(radius, self._known.query(points)[0]) - MARGIN
-        new = radius > 0
+        new, ends = radius > 0, reach.q[out]
+        reached = reach.points[reach.reachable], reach.q[reach.reachable]
         learned = replace(
             self,
+            hands=freeze(np.concatenate([self.hands, reached[0], self._hands_at(ends)])),
+            postures=freeze(np.concatenate([self.postures, reached[1], ends])),
             centres=freeze(np.concatenate([self.centres, points[new]])),
             radii=freeze(np.concatenate([self.radii, radius[new]])),
         )
@@ -183,7 +233,7 @@ def reach_screen(
         raise RangeError(f"rows = {','.join(task.rows)}: a screen needs x, y and z held")
     table = seed_table(task) if seeds is None else seeds
     low, high = reach_box(task)
-    none = np.zeros((0, 3)), np.zeros(0)
+    none = np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)), np.zeros((0, task.arm.n_joints))
     screen = ReachScreen(task, table, low, high, *none)
     points = evenly(n_points, low, high)
     first = 0
@@ -228,6 +278,13 @@ def reach_box(task: HandRows) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray,
 def reach_options(*, threads: int = 1) -> IkOptions:
     """Give the options by which points are decided."""
     return IkOptions(position_tolerance=REACHED, restarts=STARTS, threads=threads)
+
+
+def _quick_tree(points: np.ndarray) -> "KDTree":
+    """Give a tree that is made fast; a query takes a little longer."""
+    from scipy.spatial import KDTree
+
+    return KDTree(points, balanced_tree=False, compact_nodes=False)
 
 
 def _points(points: ArrayLike) -> Float[np.ndarray, "points 3"]:

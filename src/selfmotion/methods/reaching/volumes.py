@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from selfmotion.arrays import freeze
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.methods.reaching.ik_seeds import golden_steps
-from selfmotion.methods.reaching.screen import ReachScreen, reach_options
+from selfmotion.methods.reaching.screen import ReachScreen
 
 # Points of space that do not count, as the inside of the body: (K, 3) to (K,).
 Blocked = Callable[[np.ndarray], np.ndarray]
@@ -152,15 +152,10 @@ def decide_box(screens: tuple[ReachScreen, ...], box: PlacedBox, draw: Draw) -> 
     regions, boundary, learned = {}, {}, []
     for name, screen in zip(names, screens, strict=True):
         todo = np.flatnonzero(counts & ~inside)
-        ends = []
-        for rows in np.array_split(todo, draw.shifts):
-            reach = screen.decide(points[rows], options=reach_options(threads=draw.threads))
-            screen = screen.learn(reach)
-            inside[rows], q[rows] = reach.reachable, reach.q
-            ends.append(reach.q[~reach.reachable & np.isfinite(reach.distance)])
+        reach, screen = screen.explore(points[todo], threads=draw.threads)
+        inside[todo], q[todo] = reach.reachable, reach.q
         q[~inside] = np.nan
-        task = screen.task
-        stopped = np.concatenate(ends)
+        task, stopped = screen.task, reach.q[~reach.reachable & np.isfinite(reach.distance)]
         edge = forward_kinematics(task.arm.chain, stopped, task.arm.tip("hand"))[:, :3, 3]
         boundary[name] = edge if draw.blocked is None else edge[~draw.blocked(edge)]
         regions[name] = Region(name, points, freeze(inside.copy()), shift, box.volume)
