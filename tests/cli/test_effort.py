@@ -45,6 +45,13 @@ def test_a_posture_that_nothing_holds_says_what_is_missing(tmp_path: Path, capsy
     assert max(map(abs, found["missing"].values())) > 1.0
 
 
+def test_a_posture_outside_the_joint_limits_says_so(tmp_path: Path, capsys: Capture) -> None:
+    file = written(tmp_path / "q.csv", f"{NAMES}\n1,0.6,0.9,-0.3,-0.2,0.2,0,0.1\n")
+    found = answered(capsys, "effort", file)["postures"][0]
+    assert found["status"] == "held; outside the joint limits: elbow_flexion by 11.5 deg"
+    assert found["effort"] is not None and not found["failed"]
+
+
 def test_columns_of_velocity_make_it_a_movement(tmp_path: Path, capsys: Capture) -> None:
     q = np.loadtxt(POSTURES, delimiter=",", skiprows=1)[0, 1:]
     names = NAMES.split(",")[1:]

@@ -38,6 +38,10 @@ LOADS = ("gravity", "passive", "limits")
 
 # Missing torque (N m) above which no activation is said to hold the posture.
 TORQUE_TOLERANCE = 1e-6
+# How far a posture is beyond a joint limit (rad) before its status says so.
+LIMIT_TOLERANCE = 1e-6
+# What the status of a posture begins with that some activation holds.
+HELD = "held"
 # Beyond these no arm moves (rad/s, rad/s²).
 FASTEST, GREATEST_ACCELERATION = 1e3, 1e6
 # Step (rad) of the central differences that give centrifugal and Coriolis torque.
@@ -111,7 +115,8 @@ class MuscleEffort:
         missing: (K, n) torque that they do not give (N m).
         coordinates: names of the n coordinates.
         muscles: names of the M muscles.
-        status: whether the posture is held, for each; if not, what is missing where.
+        status: whether the posture is held, for each; if not, what is missing where; and which
+            coordinates are beyond their joint limits.
     """
 
     effort: Float[np.ndarray, " samples"]
@@ -151,7 +156,8 @@ def muscle_effort(
 
     Returns:
         Effort and activations. Where no activation gives the torque, the answer with the least
-        missing torque, and a status that says which coordinate lacks how much.
+        missing torque, and a status that says which coordinate lacks how much. Postures outside
+        the joint limits are computed as well; their status says so.
 
     Raises:
         ShapeError: the arrays do not fit the arm.
@@ -180,7 +186,10 @@ def muscle_effort(
     problem = muscle_problem(model, samples, chosen, rates, second)
     activations, missing, converged = problem.solve(chosen)
     names = model.arm.joints
-    status = tuple(_status(missing[k], names, bool(converged[k])) for k in range(len(samples)))
+    beyond = _beyond_limits(model.arm, samples)
+    status = tuple(
+        _status(missing[k], names, beyond[k], bool(converged[k])) for k in range(len(samples))
+    )
     effort = (activations**chosen.exponent).sum(axis=1)
     return MuscleEffort(
         effort, activations, problem.torque, missing, names, model.muscles.names, status
@@ -328,15 +337,28 @@ def _daqp(strength: np.ndarray, torque: np.ndarray, options: EffortOptions) -> n
     return daqp.solve(np.eye(n_muscles), np.zeros(n_muscles), rows, above, below, sense)[0]
 
 
-def _status(missing: np.ndarray, names: tuple[str, ...], converged: bool) -> Status:
+def _beyond_limits(arm: Arm, q: np.ndarray) -> list[str]:
+    """Say, for each posture, which coordinates are beyond their limits, if any are."""
+    over = np.maximum(arm.lower - q, q - arm.upper)
+    out = [""] * len(q)
+    for k in np.flatnonzero((over > LIMIT_TOLERANCE).any(axis=1)):
+        parts = [
+            f"{arm.joints[i]} by {np.degrees(over[k, i]):.1f} deg"
+            for i in np.flatnonzero(over[k] > LIMIT_TOLERANCE)
+        ]
+        out[k] = f"; outside the joint limits: {', '.join(parts)}"
+    return out
+
+
+def _status(missing: np.ndarray, names: tuple[str, ...], beyond: str, converged: bool) -> Status:
     if not converged:
-        return Status(False, "the solver did not converge")
+        return Status(False, "the solver did not converge" + beyond)
     short = np.flatnonzero(np.abs(missing) > TORQUE_TOLERANCE)
     if len(short) == 0:
-        return Status(True, "held")
+        return Status(True, HELD + beyond)
     worst = short[np.argsort(-np.abs(missing[short]))][:3]
     parts = ", ".join(f"{names[i]} lacks {missing[i]:.3g} N m" for i in worst)
-    return Status(False, f"no activation holds the posture: {parts}")
+    return Status(False, f"no activation holds the posture: {parts}{beyond}")
 
 
 def _like(name: str, value: ArrayLike, samples: np.ndarray, bound: float) -> np.ndarray:

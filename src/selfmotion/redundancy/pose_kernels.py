@@ -1,9 +1,8 @@
 """Compiled kernels for arms whose hand pose leaves one freedom: refinement and continuation.
 
 A posture has seven coordinates, a hand pose six rows; what is left is a curve, the self-motion
-manifold. Every step on it solves seven equations: the six rows of the pose and one more that says
-where on the curve (square to the tangent, or on a joint limit). The functions call each other and
-so stand in one file, since numba's cache does not notice a change in another.
+manifold. A step on it solves seven equations: the pose, and where on the curve (square to the
+tangent, or on a joint limit). Numba's cache asks that functions that call each other share a file.
 """
 
 from typing import NamedTuple
@@ -15,6 +14,7 @@ from numba import njit
 CLOSED, OUTSIDE, FULL, STUCK = range(4)
 _CORRECTIONS = 6
 _SMALLEST_STEP = 1e-5
+_ASIDE = 2e-3  # a step that ends so far (rad) from the mean of its tangents is on another branch
 
 
 class PathArrays(NamedTuple):
@@ -336,9 +336,8 @@ def _passed_start(nodes, tangents, count):
 def trace(p, start, goal, direction, box, max_step, nodes, tangents, arc):
     """Walk along the manifold from `start` (7) the way of `direction` (7).
 
-    Stops when the curve closes (the last node is then the first again), leaves `box` (2,7), fills
-    `nodes` (N,7), `tangents` (N,7) and `arc` (N,), or gets stuck. Gives the number of nodes and
-    the reason.
+    Stops when the curve closes (the last node is then the first), leaves `box` (2,7), fills `nodes`
+    (N,7), `tangents` (N,7) and `arc` (N,), or gets stuck. Gives the number of nodes and the reason.
     """
     T, J = np.empty((3, 4)), np.empty((6, 7))
     M, d, e = np.empty((7, 7)), np.empty(7), np.empty(6)
@@ -358,10 +357,11 @@ def trace(p, start, goal, direction, box, max_step, nodes, tangents, arc):
             wanted += along[j] * here[j]
         good = _correct(p, q, goal, along, wanted, T, J, scratch, e, M, d)
         good = good and _tangent(J, along, M, t)
-        bend = 0.0
+        bend, aside = 0.0, 0.0
         for j in range(7):
             bend += t[j] * along[j]
-        if not good or bend < 0.97:
+            aside += (q[j] - here[j] - 0.5 * step * (t[j] + along[j])) ** 2
+        if not good or bend < 0.97 or aside > _ASIDE * _ASIDE:
             step *= 0.5
             if step < _SMALLEST_STEP:
                 return count, STUCK

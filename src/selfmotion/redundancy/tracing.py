@@ -143,12 +143,24 @@ class Tracer:
         cuts = np.array([arc[0], *events[:, 0], arc[-1]])
         if closed:
             cuts = np.array([stop[0] for stop in stops])
-        middles, _ = hermite(arc, nodes, tangents, 0.5 * (cuts[:-1] + cuts[1:]))
+        middles = self._exact(*hermite(arc, nodes, tangents, 0.5 * (cuts[:-1] + cuts[1:])))
+        inside = np.array([self._inside(q) for q in middles])
+        # Between nodes the cubics may cross a limit that the curve itself all but touches.
+        real = np.concatenate([[True], ~(inside[:-1] & inside[1:]), [True]])
+        stops = [stop for stop, keep in zip(stops, real, strict=True) if keep]
+        cuts, inside = cuts[real], inside[real[:-1]]
         parts = []
-        for i in np.flatnonzero([self._inside(q) for q in middles]):
+        for i in np.flatnonzero(inside):
             if cuts[i + 1] - cuts[i] >= _SHORTEST:
                 parts.append(self._cut(nodes, tangents, arc, (stops[i], stops[i + 1])))
         return parts
+
+    def _exact(self, q: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+        """Bring postures (K, 7) near the curve onto it, square to the tangents, where they go."""
+        exact = q.copy()
+        wanted = (q * tangents).sum(axis=1)
+        good = pose_kernels.correct_many(self.path, exact, tangents, wanted, self.goal)
+        return np.where(np.asarray(good)[:, None], exact, q)
 
     def _inside(self, q: np.ndarray) -> bool:
         return bool((q >= self.arm.lower).all() and (q <= self.arm.upper).all())

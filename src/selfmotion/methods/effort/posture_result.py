@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from selfmotion.errors import Status
 from selfmotion.methods.effort.curve import JUMP, SMALLEST_GAP, EffortCurve
+from selfmotion.muscles.static_optimization import HELD
 from selfmotion.provenance import Provenance
 
 if TYPE_CHECKING:
@@ -194,6 +195,8 @@ def verdict(held: Status, minima: list[LocalMinimum], drift: tuple[float, float]
         notes.append(f"flat valley from {low:.1f} to {high:.1f} deg of swivel")
     if least.beside_jump:
         notes.append("beside a jump of effort")
+    if held.sentence != HELD:
+        notes.append(held.sentence.removeprefix(f"{HELD}; "))
     if least.at:
         notes.append(f"at the limit {least.at}")
     if drift[0] > 1e-6:
