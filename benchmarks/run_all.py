@@ -60,6 +60,7 @@ RUNS = (
         ("--targets", "500", "--peer-targets", "8"),
         ("--targets", "2000", "--peer-targets", "200"),
     ),
+    Run("workspace_volume", (), ("--seeds", "16", "--sample", "1000")),
     Run(
         "natural_posture",
         ("--poses", "15", "--published", "2", "--step", "0.2"),

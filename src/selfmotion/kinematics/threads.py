@@ -2,14 +2,20 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
 
 import numpy as np
 
 from selfmotion.errors import RangeError
 
+# Parts that a thread takes on average: where another program holds up one, the others go on.
+PARTS = 4
+
 
 def share(work: Callable[[int, int], None], n_items: int, threads: int, *, least: int) -> None:
     """Call ``work(first, after_last)`` on parts of n_items, in threads if there are enough.
+
+    Each thread, the calling one among them, takes the next part as soon as it is free.
 
     Args:
         work: what is done with a part.
@@ -26,8 +32,20 @@ def share(work: Callable[[int, int], None], n_items: int, threads: int, *, least
     if used == 1:
         work(0, n_items)
         return
-    edges = np.linspace(0, n_items, used + 1).astype(int).tolist()
+    parts = min(PARTS * used, n_items // least)
+    edges = np.linspace(0, n_items, parts + 1).astype(int).tolist()
+    todo, lock = iter(zip(edges[:-1], edges[1:], strict=True)), Lock()
+
+    def take() -> None:
+        while True:
+            with lock:
+                part = next(todo, None)
+            if part is None:
+                return
+            work(*part)
+
     with ThreadPoolExecutor(used - 1) as pool:
-        others = pool.map(work, edges[1:-1], edges[2:])
-        work(edges[0], edges[1])
-        list(others)
+        others = [pool.submit(take) for _ in range(used - 1)]
+        take()
+        for other in others:
+            other.result()
