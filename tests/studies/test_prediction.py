@@ -1,5 +1,6 @@
 """Predictions against people: planted studies, generated markers, and recordings at hand."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from selfmotion.capture.simulated_markers import simulate_markers
 from selfmotion.errors import FileFormatError, RangeError, UnknownNameError
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.swivel import swivel_angle
-from selfmotion.methods.predictors.catalogue import BASELINE, EFFORT, START
+from selfmotion.methods.predictors.catalogue import BASELINE, EFFORT, FITTED, START
 from selfmotion.methods.predictors.constant import Constant
 from selfmotion.methods.predictors.observation import Observation
 from selfmotion.motion.labels import Frame, Labels
@@ -63,6 +64,12 @@ def test_planted_errors_come_back(run):
     assert (low <= mean + 1e-9).all() and (high >= mean - 1e-9).all()
 
 
+def run_records():
+    rng = np.random.default_rng(4)
+    return [record(p, task, t, rng) for p in range(1, 5) for task in ("reach", "drink")
+            for t in (1, 2)]  # fmt: skip
+
+
 def test_moments_without_a_swivel_angle_are_left_out_and_kept_in_the_table(run):
     tables = tables_of(run)
     assert len(tables.observations) == 24
@@ -85,8 +92,25 @@ def test_the_papers_figures_hold_the_planted_error(run, tmp_path):
     # It stands in the place of the number that had no counterpart, and in the report.
     before = pd.DataFrame({"where": ["Fig 3", "Table IV"], "ours": ["1", ""]})
     assert list(with_people(before, found)["where"]) == ["Fig 3", "Table IV"]
-    made = write_report(tmp_path / "r.html", "People", people_sections(found))
-    assert "As Fig 8" in made.read_text(encoding="utf-8")
+    sections = people_sections(found)
+    text = write_report(tmp_path / "r.html", "People", sections).read_text(encoding="utf-8")
+    for words in ("As Fig 8", "As Fig 9", "Table IV beside ours", "3.73 ± 3.27", "28.6 ± "):
+        assert words in text
+    assert text.count("<svg") == 2
+    assert all(ax.has_data() for p in sections[0].pictures for ax in p.figure.axes)
+
+
+def test_nothing_of_whoever_is_predicted_enters_a_fit():
+    observations = [from_record(r) for r in run_records()]
+    plain = left_out(observations, FITTED)
+    first = observations[0].subject
+    # Another natural angle of the same person: what others are predicted by changes, not this.
+    turned = [
+        replace(o, natural=o.natural + 0.7) if o.subject == first else o for o in observations
+    ]
+    for name, rows in left_out(turned, FITTED).items():
+        for o, (angle, *_), (before, *_) in zip(observations, rows, plain[name], strict=True):
+            assert (angle == before) == (o.subject == first), name
 
 
 def test_whoever_is_predicted_is_left_out_with_both_arms():

@@ -10,8 +10,10 @@ Rules of scaling, each a stated choice:
 - muscles: fibre and tendon grow by one ratio a muscle, its path's mean length in the new arm over
   that in the model, over postures spread evenly within the joint limits: in the mean a muscle
   works at the same normalised lengths as in the model;
-- mass: a segment's mass grows with its volume, the cube of its factor; if the person's mass is
-  known, all are then brought to that share of the model's;
+- mass: a segment's mass grows with its volume, the cube of its factor; if a share of the model's
+  mass is given, all are then brought to it. If the body mass is given instead, upper arm, forearm
+  and hand weigh their shares of it (de Leva 1996, mean of women and men: 2.63, 1.50 and 0.585 %),
+  and clavicle and scapula change by the ratio of these three together;
 - strength: greatest forces stay (`constant`), follow each muscle's cross-section, the square of its
   ratio (`area`), or follow the arm's mass to the power 2/3 (`mass`).
 
@@ -21,14 +23,16 @@ With all factors alike this is `scale_to_person`. Joint limits stay as they are.
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import mujoco
 import numpy as np
 from jaxtyping import Float
 
+from selfmotion.arms._body import mean_share
 from selfmotion.arms._myoarm import SIDE, arm_of_myo_sim
 from selfmotion.arrays import require_between
-from selfmotion.errors import unknown_name
+from selfmotion.errors import RangeError, unknown_name
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.muscles.fitted import STRENGTHS
@@ -45,6 +49,9 @@ SEGMENTS = {
     "hand": ("wrist", "middle_knuckle", "lunate"),
 }
 GIRDLE = "clavicle"
+# Segments whose share of the body mass is known.
+WEIGHED = ("upper_arm", "forearm", "hand")
+BODY_MASSES = (2.0, 400.0)  # kg, allowed
 # Lengths (m) that an arm may have, as shares of the model's.
 LEAST, GREATEST = 0.4, 2.5
 # Postures, spread over the limits, over which path lengths are averaged.
@@ -61,12 +68,14 @@ class PersonSize:
             centre), `hand` (wrist centre to middle knuckle). Left out, a segment keeps the
             model's length, the clavicle the mean factor of the three others.
         mass: the arm's mass as a share of the model's; left out: by the cubes of the factors.
+        body_mass: mass of the whole body (kg), instead of `mass`.
         strength: constant, area or mass (see the module).
     """
 
     lengths: Mapping[str, float]
     mass: float | None = None
     strength: str = "area"
+    body_mass: float | None = None
 
     def __post_init__(self) -> None:
         """Check names and ranges; the lengths are checked against the model."""
@@ -75,6 +84,10 @@ class PersonSize:
                 raise unknown_name("segment", segment, tuple(SEGMENTS))
         if self.mass is not None:
             require_between("mass", self.mass, 0.01, 100.0)
+        if self.body_mass is not None:
+            require_between("body mass (kg)", self.body_mass, *BODY_MASSES)
+            if self.mass is not None:
+                raise RangeError(f"mass = {self.mass:g}: body_mass is given already; leave one out")
         if self.strength not in STRENGTHS:
             raise unknown_name("strength", self.strength, STRENGTHS)
 
@@ -86,7 +99,14 @@ def myoarm_lengths() -> dict[str, float]:
         >>> {segment: round(length, 3) for segment, length in myoarm_lengths().items()}
         {'clavicle': 0.147, 'upper_arm': 0.291, 'forearm': 0.258, 'hand': 0.082}
     """
-    return _lengths(arm_of_myo_sim(load_myo_sim("myoarm")))
+    return _lengths(_generic()[1])
+
+
+@lru_cache(maxsize=1)
+def _generic() -> tuple[mujoco.MjModel, Arm]:
+    """Compile the model once, which takes seconds; people's arms are copies of it."""
+    generic = load_myo_sim("myoarm")
+    return generic, arm_of_myo_sim(generic)
 
 
 def myoarm_of_person(size: PersonSize, *, convention: str = "plain") -> MusculoskeletalArm:
@@ -108,15 +128,15 @@ def myoarm_of_person(size: PersonSize, *, convention: str = "plain") -> Musculos
         >>> round(model.arm.lengths["upper_arm"], 3), round(model.arm.lengths["forearm"], 3)
         (0.31, 0.25)
     """
-    generic = load_myo_sim("myoarm")
-    standard = arm_of_myo_sim(generic)
+    generic, standard = _generic()
     factors = _factors(size, _lengths(standard))
     of_body = _factor_of_body(generic, factors)
     scaled = _scaled_model(generic, of_body)
-    _weigh(scaled, generic, of_body, standard, size.mass)
+    _weigh(scaled, generic, of_body, standard, size)
     arm = arm_of_myo_sim(scaled)
     said = ", ".join(f"{name} {factor:.4g}" for name, factor in factors.items())
-    arm = replace(arm, source=f"{arm.source}; scaled to a person by {said}")
+    heavy = "" if size.body_mass is None else f"; body mass {size.body_mass:g} kg"
+    arm = replace(arm, source=f"{arm.source}; scaled to a person by {said}{heavy}")
     muscles, inner, forces = muscles_from_mujoco(generic, standard.chain)
     geometry = muscles_from_mujoco(scaled, arm.chain)[1]
     ratio = _path_ratio(geometry, inner, arm)
@@ -154,11 +174,15 @@ def _factor_of_body(
     model: mujoco.MjModel, factors: Mapping[str, float]
 ) -> Float[np.ndarray, " bodies"]:
     """Give the factor of each body of the model: that of the segment it is on."""
+    return np.array([factors[segment] for segment in _segment_of_body(model)])
+
+
+def _segment_of_body(model: mujoco.MjModel) -> list[str]:
     first = {body + SIDE: segment for segment, (_, _, body) in SEGMENTS.items() if body}
-    out = np.full(model.nbody, factors[GIRDLE])
+    out = [GIRDLE]
     for body in range(1, model.nbody):
         segment = first.get(model.body(body).name)
-        out[body] = out[model.body_parentid[body]] if segment is None else factors[segment]
+        out.append(out[model.body_parentid[body]] if segment is None else segment)
     return out
 
 
@@ -179,15 +203,27 @@ def _weigh(
     model: mujoco.MjModel,
     of_body: Float[np.ndarray, " bodies"],
     standard: Arm,
-    share: float | None,
+    size: PersonSize,
 ) -> None:
-    """Set masses and inertias: the cubes of the factors, then the share that is wanted."""
-    out.body_mass[:] = of_body**3 * model.body_mass
-    more = 1.0
-    if share is not None:
-        more = share * standard.mass.sum() / arm_of_myo_sim(out).mass.sum()
-    out.body_mass[:] *= more
-    out.body_inertia[:] = (more * of_body**5)[:, None] * model.body_inertia
+    """Set masses and inertias: the cubes of the factors, then the mass that is wanted."""
+    ratio = of_body**3
+    out.body_mass[:] = ratio * model.body_mass
+    if size.mass is not None:
+        ratio = ratio * size.mass * standard.mass.sum() / arm_of_myo_sim(out).mass.sum()
+    elif size.body_mass is not None:
+        ratio = _ratio_of_mass(model, size.body_mass)
+    out.body_mass[:] = ratio * model.body_mass
+    out.body_inertia[:] = (ratio * of_body**2)[:, None] * model.body_inertia
+
+
+def _ratio_of_mass(model: mujoco.MjModel, body_mass: float) -> Float[np.ndarray, " bodies"]:
+    """Give the factor of each body's mass that brings the segments to their shares."""
+    of_body = np.array(_segment_of_body(model))
+    weights = {segment: model.body_mass[of_body == segment].sum() for segment in WEIGHED}
+    wanted = {segment: body_mass * mean_share(segment) for segment in WEIGHED}
+    ratio = {segment: wanted[segment] / weights[segment] for segment in WEIGHED}
+    ratio[GIRDLE] = sum(wanted.values()) / sum(weights.values())
+    return np.array([ratio[segment] for segment in of_body])
 
 
 def _path_ratio(

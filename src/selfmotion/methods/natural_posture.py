@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion.arrays import Transform, require_between
 from selfmotion.errors import SelfmotionError, Status, unknown_name
-from selfmotion.methods.effort.curve import EffortCurve, effort_curve
+from selfmotion.methods.effort.curve import FIRST_GAP, EffortCurve, effort_curve
 from selfmotion.methods.effort.posture_result import (
     TIE,
     Jump,
@@ -96,7 +96,10 @@ class PostureFinder:
             RangeError: T_hand is not a rigid transform.
             ShapeError: T_hand is not one pose.
         """
-        manifold = self.manifolds.find(T_hand, clearance=self.clearance)
+        return self.find_on(self.manifolds.find(T_hand, clearance=self.clearance))
+
+    def find_on(self, manifold: SelfMotionManifold) -> NaturalPosture:
+        """Find the posture of least effort on a manifold that is at hand already."""
         if not manifold.intervals:
             return self._none(manifold, manifold.status)
         if self.search.search == "paper":
@@ -114,8 +117,8 @@ class PostureFinder:
             return self._none(manifold, Status(False, sentence))
         return self._result(manifold, minima, jumps, n_evaluations)
 
-    def curves(self, manifold: SelfMotionManifold) -> list[EffortCurve]:
-        """Sample effort along every interval of a manifold."""
+    def curves(self, manifold: SelfMotionManifold, *, gap: float = FIRST_GAP) -> list[EffortCurve]:
+        """Sample effort along every interval of a manifold, at first this far apart (rad)."""
         best = np.inf
         curves: dict[int, EffortCurve] = {}
         order = np.argsort([-interval.length for interval in manifold.intervals])
@@ -126,6 +129,7 @@ class PostureFinder:
                 self.effort,
                 tolerance=self.search.tolerance,
                 best=best,
+                gap=gap,
             )
             best = min(best, float(curve.effort.min()))
             curves[int(i)] = curve

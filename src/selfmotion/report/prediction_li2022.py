@@ -7,7 +7,12 @@ from matplotlib.figure import Figure
 from selfmotion.report.html import Picture, Section, Table
 from selfmotion.report.prediction_figures import EFFORT_COLOUR
 from selfmotion.report.theme import BASELINE, INK, new_figure, themed, words
-from selfmotion.studies.li2022_people import LiOnPeople
+from selfmotion.studies.li2022_people import COORDINATES, LAW_ON_PEOPLE, LiOnPeople
+
+# Mean and standard deviation of the paper's error (deg).
+PUBLISHED = LAW_ON_PEOPLE.values
+# Hands lower than this from the shoulder are far below it (m).
+FAR_BELOW = -0.1
 
 
 def people_sections(found: LiOnPeople) -> list[Section]:
@@ -23,13 +28,17 @@ def people_sections(found: LiOnPeople) -> list[Section]:
             pictures=(
                 Picture(
                     places_figure(found.places),
-                    "As Fig 8: mean absolute error at the places of the hands, from the shoulder.",
+                    "As Fig 8: mean absolute error at the places of the hands, from the shoulder, "
+                    "one point a person, arm and kind of moment. " + _by_height(found.places),
                     "Error of the swivel angle by place of the wrist, from above and the side",
                 ),
                 Picture(
                     trials_figure(found.trials, found.coordinates),
                     "As Fig 9: natural and replicated angle, the errors, and the errors of the "
-                    "coordinates (mean and standard deviation).",
+                    "coordinates (mean and standard deviation). The paper's error is "
+                    f"{PUBLISHED[0]:g} ± {PUBLISHED[1]:g}°, here it is "
+                    f"{str(found.numbers.loc[0, 'ours']).replace(', ', ' ± ')}°. "
+                    + _of_the_elbow(found.coordinates),
                     "Natural and replicated angles, histogram of errors, errors by coordinate",
                 ),
             ),
@@ -42,6 +51,31 @@ def people_sections(found: LiOnPeople) -> list[Section]:
             ),
         )
     ]
+
+
+def _by_height(places: pd.DataFrame) -> str:
+    """Say whether errors are larger far below the shoulder, as in the paper."""
+    low = places["wrist_z_m"].to_numpy(dtype=float) < FAR_BELOW
+    error = places["error_deg"].to_numpy(dtype=float)
+    said = "In the paper (114 places, 5 people) hands far below the shoulder have larger errors"
+    if not low.any() or low.all():
+        return f"{said}."
+    return (
+        f"{said}; here the mean is {np.nanmean(error[low]):.0f}° more than {-100 * FAR_BELOW:.0f} "
+        f"cm below it and {np.nanmean(error[~low]):.0f}° above that, but tasks differ as well."
+    )
+
+
+def _of_the_elbow(coordinates: pd.DataFrame) -> str:
+    """Say whether elbow flexion, which the hand pose nearly fixes, errs least, as in the paper."""
+    mean = coordinates["mean_deg"].to_numpy(dtype=float)
+    if not np.isfinite(mean).all():
+        return ""
+    elbow = float(mean[COORDINATES.index("elbow_flexion")])
+    return (
+        "In the paper elbow flexion errs least, since the hand pose nearly fixes it; here "
+        f"{'too' if elbow <= mean.min() else 'not'} ({elbow:.1f}°)."
+    )
 
 
 @themed
@@ -94,7 +128,13 @@ def trials_figure(trials: pd.DataFrame, coordinates: pd.DataFrame) -> Figure:
     above.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     size = np.abs(order["error_deg"].to_numpy(dtype=float))
     size = size[np.isfinite(size)]
-    middle.hist(size, bins=np.arange(0.0, max(size.max(initial=5.0), 5.0) + 5.0, 5.0), color=INK)
+    middle.hist(
+        size, bins=np.arange(0.0, max(size.max(initial=5.0), 5.0) + 5.0, 5.0), color=INK, alpha=0.75
+    )
+    middle.axvline(PUBLISHED[0], color=BASELINE, linestyle=":", label="published mean")
+    if size.size:
+        middle.axvline(float(size.mean()), color=EFFORT_COLOUR, label="mean here")
+    middle.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     middle.set_xlabel("absolute error of the swivel angle (deg)")
     middle.set_ylabel("moments")
     middle.set_title("B  errors")

@@ -30,7 +30,7 @@ from selfmotion.studies.prediction_observe import (
     from_record,
     observe_person,
 )
-from selfmotion.studies.study_file import StudyFile, find_trials
+from selfmotion.studies.study_file import StudyFile, Trial, find_trials
 from selfmotion.studies.trial_run import PersonTrials, plan_people
 
 # Elbows nearer to the line from shoulder to wrist have no swivel angle to speak of (m).
@@ -127,6 +127,8 @@ def predict_people(
 def plan_items(plan: PredictionPlan) -> list[Item]:
     """Give one item for each arm of each person.
 
+    Movements of other conditions have no moments, but people are calibrated with them too.
+
     Raises:
         RangeError: the study file names no static trial or no moments.
     """
@@ -138,15 +140,18 @@ def plan_items(plan: PredictionPlan) -> list[Item]:
             "moments: the study file names none; predict needs a table [moments.CONDITION]"
         )
     trials = find_trials(study, plan.folders)
-    wanted = [t for t in trials if (t.labels.condition or "") in study.moments]
-    if not wanted:
+    if not any(_has_moments(t, study) for t in trials):
         raise FileFormatError(
             f"moments.{next(iter(study.moments))}: no file is of this condition (found: "
             f"{', '.join(sorted({str(t.labels.condition) for t in trials}))})"
         )
     variants = (BASE, *SENSITIVITY) if plan.sensitivity else (BASE,)
     items = []
-    for person in plan_people(wanted):
+    for everything in plan_people(trials):
+        own = tuple(t for t in everything.trials if _has_moments(t, study))
+        if not own:
+            continue
+        person = replace(everything, trials=own)
         job = PersonJob(person, study, variants)
         key = f"{person.subject} {person.side}"
         hashes = _file_hashes(person)
@@ -262,8 +267,14 @@ def _files_hash(plan: PersonTrials) -> str:
 
 def _file_hashes(plan: PersonTrials) -> tuple[tuple[str, str], ...]:
     files = [t.path for t in plan.trials]
-    files += [plan.calibration.static] if plan.calibration else []
+    if plan.calibration is not None:
+        files += [plan.calibration.static, *plan.calibration.movements]
+    files = list(dict.fromkeys(files))
     return tuple((p.name, hash_file(p) if p.is_file() else "") for p in files)
+
+
+def _has_moments(trial: Trial, study: StudyFile) -> bool:
+    return (trial.labels.condition or "") in study.moments
 
 
 def _hash(parts: object) -> str:

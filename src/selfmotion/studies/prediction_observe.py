@@ -69,6 +69,7 @@ SENSITIVITY = (
     Variant("shoulder at the acromial marker", centres="acromion"),
     Variant("limits of the model", limits="model"),
     Variant("hardly any limits", limits="wide"),
+    Variant("from landmarks, hardly any limits", centres="landmarks", limits="wide"),
 )
 
 
@@ -101,8 +102,12 @@ def observe_person(job: PersonJob) -> dict[str, Any]:
     records: list[dict[str, Any]] = []
     fits: list[dict[str, Any]] = []
     failed = list(person.failed)
+    loaded = {"study": person}
     for variant in job.variants:
-        seen, lost = _moments(job, person, variant)
+        centres = "study" if variant.centres == "study" else "landmarks"
+        if centres not in loaded:
+            loaded[centres] = load_person(job.plan, replace(job.study, centres=centres))
+        seen, lost = _moments(loaded[centres], variant)
         if variant is job.variants[0]:
             failed += lost
         if not seen:
@@ -242,15 +247,11 @@ def _attempt(predictor: Predictor, observation: Observation) -> Prediction:
 
 
 def _moments(
-    job: PersonJob, person: RecordedPerson, variant: Variant
+    person: RecordedPerson, variant: Variant
 ) -> tuple[list[Moment], list[tuple[str, str]]]:
-    if variant.centres == "study":
-        seen, lost = moments_of_person(person)
-        return [m.with_shoulder(variant.shift) for m in seen], lost
-    other = load_person(job.plan, replace(job.study, centres="landmarks"))
-    seen, lost = moments_of_person(other)
+    seen, lost = moments_of_person(person)
     if variant.centres == "acromion":
         # The protocol's place of the centre, counted from the marker, taken back.
-        back = -np.array(other.person.protocol.shoulder)
-        seen = [m.with_shoulder(tuple(back.tolist())) for m in seen]
-    return seen, lost
+        back = -np.array(person.person.protocol.shoulder)
+        return [m.with_shoulder(tuple(back.tolist())) for m in seen], lost
+    return [m.with_shoulder(variant.shift) for m in seen], lost

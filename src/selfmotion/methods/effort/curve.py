@@ -23,6 +23,8 @@ from selfmotion.redundancy.feasible import FeasibleInterval
 
 # First spacing of the samples (rad along the curve; a degree of swivel is about 0.04).
 FIRST_GAP = 0.15
+# The same for a curve that is drawn: fine enough to look smooth.
+DRAWN_GAP = 0.03
 # Curvature is taken so many times as large as the samples around show it.
 SAFETY = 2.0
 # Gaps are not halved below this (rad along the curve, about 0.01 degrees of swivel).
@@ -131,6 +133,7 @@ def effort_curve(
     *,
     tolerance: float,
     best: float = np.inf,
+    gap: float = FIRST_GAP,
 ) -> EffortCurve:
     """Sample effort along an interval until its minima are certain.
 
@@ -140,10 +143,11 @@ def effort_curve(
         options: how effort is computed.
         tolerance: relative error of effort at the least minimum.
         best: least effort known elsewhere: gaps that cannot go below it are left as they are.
+        gap: spacing of the samples at first (rad along the curve).
     """
     sampler = _Sampler(model, interval, options)
     length = interval.arc[-1]
-    count = max(int(np.ceil(length / FIRST_GAP)), 4) + 1
+    count = max(int(np.ceil(length / gap)), 4) + 1
     sampler.add(np.linspace(0.0, length, count))
     for _ in range(MAX_ROUNDS):
         places = _next_places(sampler, tolerance, best)

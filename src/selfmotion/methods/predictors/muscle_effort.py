@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from selfmotion.methods.natural_posture import natural_posture
+from selfmotion.methods.natural_posture import PostureFinder
 from selfmotion.methods.predictors.observation import Observation, Prediction
 from selfmotion.methods.predictors.scenes import swivel_about
 from selfmotion.muscles.static_optimization import EffortOptions
@@ -28,7 +28,9 @@ class MuscleEffort:
     def swivel(self, observation: Observation) -> Prediction:
         """Search all postures of the person's arm that hold the hand pose."""
         scene = observation.the_scene()
-        found = natural_posture(scene.model, scene.T_hand, effort=self.options)
+        finder = PostureFinder.of(scene.model, effort=self.options)
+        known = scene.manifold
+        found = finder.find(scene.T_hand) if known is None else finder.find_on(known)
         if not found.minima:
             return Prediction(float("nan"), found.status)
         return Prediction(float(swivel_about(scene, found.q[None])[0]), found.status)

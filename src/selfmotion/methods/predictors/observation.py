@@ -16,6 +16,7 @@ from jaxtyping import Float
 from selfmotion.arrays import Transform
 from selfmotion.errors import ShapeError, Status
 from selfmotion.muscles.geometry import MusculoskeletalArm
+from selfmotion.redundancy.manifold import SelfMotionManifold
 
 FOUND = Status(True, "found")
 
@@ -52,6 +53,7 @@ class Scene:
         mouth: (3,) where the mouth is (m).
         start: (7,) posture from which the movement started (rad).
         stretches: the feasible postures, one entry an interval.
+        manifold: the same as they were traced; None: not kept.
     """
 
     model: MusculoskeletalArm
@@ -60,6 +62,7 @@ class Scene:
     mouth: Float[np.ndarray, "3"]
     start: Float[np.ndarray, "7"]
     stretches: tuple[Stretch, ...]
+    manifold: SelfMotionManifold | None = None
 
 
 @dataclass(frozen=True, eq=False)

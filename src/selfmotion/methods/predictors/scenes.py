@@ -1,5 +1,7 @@
 """Scenes: the feasible postures of a person's arm, sampled along the self-motion manifold."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
@@ -43,7 +45,7 @@ def make_scene(
     bare = Scene(model, *places, stretches=())
     manifold = (finder or ManifoldFinder.of(model.arm)).find(bare.T_hand)
     stretches = tuple(_sampled(bare, interval) for interval in manifold.intervals)
-    return Scene(model, bare.T_hand, bare.shoulder, bare.mouth, bare.start, stretches)
+    return replace(bare, stretches=stretches, manifold=manifold)
 
 
 def swivel_about(scene: Scene, q: Float[np.ndarray, "samples 7"]) -> Float[np.ndarray, " samples"]:
