@@ -1,5 +1,6 @@
 """`selfmotion predict`: laws of posture against people, one person left out at a time."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
@@ -23,6 +24,7 @@ from selfmotion.writing import write_whole
 if TYPE_CHECKING:
     import pandas as pd
 
+    from selfmotion.batch import Outcome
     from selfmotion.cli.batches import BatchChoices
     from selfmotion.studies.prediction import PredictionRun
     from selfmotion.studies.prediction_tables import PredictionTables
@@ -193,7 +195,7 @@ def predict(
     if study_file is None:
         raise RangeError("--study: name the study file, which says whose file is which")
     batch = BatchChoices("predict", out, jobs, scheduler, resume, quiet)
-    run = run_prediction(folders, study_file, sensitivity=sensitivity, quiet=quiet, batch=batch)
+    run = run_prediction(folders, study_file, sensitivity=sensitivity, batch=batch)
     tables = tables_of(run, seed=seed)
     document = as_document(run, tables)
     written = []
@@ -214,20 +216,31 @@ def run_prediction(
     study_file: Path,
     *,
     sensitivity: bool = False,
-    quiet: bool = False,
     batch: "BatchChoices | None" = None,
+    on_start: "Callable[[int], Callable[[Outcome], None]] | None" = None,
 ) -> "PredictionRun":
-    """Run all predictors on the people of a study, with progress on a terminal."""
+    """Run all predictors on the people of a study.
+
+    Args:
+        folders: where the recordings are.
+        study_file: how they are named and read.
+        sensitivity: whether other shoulder centres and limits are tried too.
+        batch: where it runs.
+        on_start: is told the number of arms and gives what to call as each is completed; left
+            out: a bar on a terminal.
+    """
     from selfmotion.batch import Runner
     from selfmotion.cli.batches import BatchChoices
     from selfmotion.cli.progress import progress
     from selfmotion.studies.prediction import PredictionPlan, plan_items, predict_people
     from selfmotion.studies.study_file import load_study_file
 
-    where = batch or BatchChoices("predict", quiet=quiet)
+    where = batch or BatchChoices("predict")
     plan = PredictionPlan(tuple(folders), load_study_file(study_file), sensitivity, where.out)
-    with progress(len(plan_items(plan)), "arms", quiet=quiet) as done:
-        runner = Runner(jobs=where.jobs, scheduler=where.scheduler, resume=where.resume)
+    runner = Runner(jobs=where.jobs, scheduler=where.scheduler, resume=where.resume)
+    if on_start is not None:
+        return predict_people(plan, runner, on_start=on_start)
+    with progress(len(plan_items(plan)), "arms", quiet=where.quiet) as done:
         return predict_people(plan, runner, on_start=lambda _: done)
 
 

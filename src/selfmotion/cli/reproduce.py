@@ -4,15 +4,16 @@ Studies that would take long run at the small sizes below; provenance says which
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from selfmotion.cli.batches import BatchChoices
 from selfmotion.cli.options import Json, Out, Quiet, Report, Seed, StudyFile
 from selfmotion.cli.output import Contract, Document, Part, finish, save
-from selfmotion.cli.recordings import IdleJobs, IdleResume
+from selfmotion.cli.progress import stages
 from selfmotion.errors import FileFormatError, RangeError, unknown_name
 from selfmotion.provenance import Provenance
 
@@ -28,8 +29,8 @@ REPEATS = 100
 PEOPLE, TRIALS = 6, 10
 # Samples round a circle of deboon.
 CIRCLE_SAMPLES = 48
-# Poses of li2022 taken of the paper's grid, and how many of them are searched as the paper does.
-POSES, SEARCHED = 12, 1
+# Poses of li2022 that are searched as the paper does.
+SEARCHED = 3
 
 
 class NumberBeside(Part, frozen=True, kw_only=True):
@@ -60,7 +61,10 @@ CONTRACT = Contract(
 
 @dataclass(frozen=True)
 class Asked:
-    """What was typed: `repeats` and `people` are None where they were left out."""
+    """What was typed; `repeats` and `people` are None where they were left out.
+
+    `say` tells what is being done now.
+    """
 
     data: Path | None
     repeats: int | None
@@ -68,7 +72,8 @@ class Asked:
     seed: int
     recordings: Path | None = None
     study: Path | None = None
-    quiet: bool = False
+    batch: BatchChoices = field(default_factory=lambda: BatchChoices("reproduce"))
+    say: Callable[[str], None] = lambda text: None
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +128,20 @@ def reproduce(
     json: Json = False,
     out: Out = None,
     report: Report = None,
-    jobs: IdleJobs = 1,
-    resume: IdleResume = False,
+    jobs: Annotated[
+        int,
+        typer.Option(
+            "--jobs",
+            metavar="N",
+            help="li2022 --recordings: arms at once, one thread each; -1: every core.",
+        ),
+    ] = 1,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume", help="li2022 --recordings: keep the arms that an interrupted run completed."
+        ),
+    ] = False,
     seed: Seed = 2022,
     quiet: Quiet = False,
 ) -> int:
@@ -132,11 +149,16 @@ def reproduce(
     key = paper.lower()
     if key not in (*PAPERS, "all"):
         raise unknown_name("paper", paper, (*PAPERS, "all"))
-    asked = Asked(data, repeats, people, seed, recordings, study_file, quiet)
+    batch = BatchChoices("reproduce", out, jobs, None, resume, quiet)
+    asked = Asked(data, repeats, people, seed, recordings, study_file, batch)
     refuse_or_warn_of_idle(key, asked)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)  # before minutes of work
-    made = [PAPERS[name](asked) for name in (PAPERS if key == "all" else (key,))]
+    made = []
+    with stages(quiet=quiet) as say:
+        for name in PAPERS if key == "all" else (key,):
+            say(f"computing {name} again")
+            made.append(PAPERS[name](replace(asked, say=say)))
     document = ReproduceDocument(
         provenance=joint_provenance(made, seed),
         papers=[one.paper for one in made],
@@ -297,38 +319,17 @@ def _deboon(asked: Asked) -> Made:
 
 
 def _li2022(asked: Asked) -> Made:
-    from selfmotion.cli.models import load_muscles
+    from selfmotion.cli.reproduce_li2022 import People, li2022
     from selfmotion.report.li2022_page import li2022_page
-    from selfmotion.studies.li2022 import Size
-    from selfmotion.studies.li2022 import reproduce as reproduce_li2022
 
-    model = load_muscles("myoarm", None)
-    found = reproduce_li2022(model, size=Size(most=POSES, published=SEARCHED))
-    size = {"poses": len(found.postures), "searched_as_paper": SEARCHED}
-    sized = with_size(found.provenance, size)
-    table = with_pose_remark(found.table)
-    more = []
+    people = None
     if asked.recordings is not None and asked.study is not None:
-        import warnings
-
-        from selfmotion.cli.predict import run_prediction
-        from selfmotion.report.prediction_li2022 import people_sections
-        from selfmotion.studies.li2022_people import li2022_on_people, with_people
-        from selfmotion.studies.prediction_tables import tables_of
-
-        run = run_prediction([asked.recordings], asked.study, quiet=asked.quiet)
-        for what, why in run.failed:
-            warnings.warn(f"not used: {what}: {why}", stacklevel=2)
-        on_people = li2022_on_people(tables_of(run, seed=asked.seed))
-        table = with_people(table, on_people)
-        sized = replace(sized, inputs={**sized.inputs, **run.provenance.inputs}, seed=asked.seed)
-        more = people_sections(on_people)
-    return Made(
-        "li2022",
-        records("li2022", table),
-        sized,
-        li2022_page(model, found, shown(table), sized, more=more),
+        people = People(asked.recordings, asked.study, asked.batch, asked.seed)
+    found = li2022(people, searched=SEARCHED, say=asked.say)
+    page = li2022_page(
+        found.model, found.made, shown(found.table), found.provenance, more=found.more
     )
+    return Made("li2022", records("li2022", found.table), found.provenance, page)
 
 
 PAPERS: dict[str, Callable[[Asked], Made]] = {
@@ -361,13 +362,6 @@ def with_kinds(numbers: "pd.DataFrame") -> "pd.DataFrame":
             for k in known
         ],
     )
-
-
-def with_pose_remark(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Say of the numbers of the example pose of li2022 that another pose gives others."""
-    hit = table["quantity"].str.startswith(("swivel angle with", "elbow displacement"))
-    remark = table["note"] + "; of one pose, chosen by its range alone: varies much with the pose"
-    return table.assign(note=table["note"].mask(hit, remark))
 
 
 def shown(table: "pd.DataFrame") -> "pd.DataFrame":

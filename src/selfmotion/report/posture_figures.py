@@ -31,6 +31,9 @@ ACTIVATION = LinearSegmentedColormap.from_list("activation", ("#E8DCD3", "#D55E0
 # Effort of postures that nothing holds is raised by the search: not drawn above this many times
 # the greatest effort of those that are held.
 _HEADROOM = 1.1
+# Inches of the picture of the arm that its views leave to labels and scales, and its height.
+_BESIDE, _ABOVE_AND_BELOW = 2.8, 0.9
+_HEIGHTS = (2.4, 6.0)
 
 
 @themed
@@ -127,20 +130,25 @@ def muscles_figure(model: MusculoskeletalArm, q: np.ndarray, activations: np.nda
     for ax, (title, across, towards) in zip(axes[0], views, strict=True):
         _view(ax, (across, arm.up, towards), bones, paths, activations, norm)
         ax.set_title(title)
-    _same_scale(list(axes[0]))
+    _same_scale(figure, list(axes[0]))
     bar = figure.colorbar(ScalarMappable(norm, ACTIVATION), ax=list(axes[0]), shrink=0.7)
     bar.set_label("activation (no unit)")
     return figure
 
 
-def _same_scale(views: list[Axes]) -> None:
-    """Let a metre be as long in every view: square frames of one span."""
-    limits = [(ax.get_xlim(), ax.get_ylim()) for ax in views]
-    half = max(high - low for pair in limits for low, high in pair) / 2.0
-    for ax, ((left, right), (low, high)) in zip(views, limits, strict=True):
-        across, up = (left + right) / 2.0, (low + high) / 2.0
-        ax.set_xlim(across - half, across + half)
-        ax.set_ylim(up - half, up + half)
+def _same_scale(figure: Figure, views: list[Axes]) -> None:
+    """Let a metre be as long in both views: as wide as what they show, and equally high."""
+    widths = [ax.get_xlim()[1] - ax.get_xlim()[0] for ax in views]
+    low = min(ax.get_ylim()[0] for ax in views)
+    high = max(ax.get_ylim()[1] for ax in views)
+    for ax in views:
+        ax.set_ylim(low, high)
+    grid = views[0].get_gridspec()
+    assert grid is not None
+    grid.set_width_ratios(widths)
+    room = figure.get_size_inches()[0] - _BESIDE
+    height = room * (high - low) / sum(widths) + _ABOVE_AND_BELOW
+    figure.set_size_inches(room + _BESIDE, float(np.clip(height, *_HEIGHTS)))
 
 
 def _view(
@@ -154,8 +162,11 @@ def _view(
     """Draw one view: across, up, and towards the viewer are the directions."""
     across, up, _ = directions
     screen = np.column_stack([across, up])
-    ax.plot(*(bones @ screen).T, color=BASELINE, linewidth=5.0, alpha=0.5, solid_capstyle="round")
-    ax.plot(*(bones[:3] @ screen).T, "o", color=TASK, markersize=4.0)
+    ax.plot(*(bones @ screen).T, color=BASELINE, linewidth=6.0, alpha=0.6, solid_capstyle="round")
+    joints = bones[:3] @ screen
+    ax.plot(*joints.T, "o", color=TASK, markersize=5.0, zorder=4)
+    for name, place in zip(("shoulder", "elbow", "wrist"), joints, strict=True):
+        ax.annotate(name, place, (6, -11), textcoords="offset points", fontsize=7.5, color=TASK)
     order = np.argsort(activations)  # the most active are drawn last
     lines = LineCollection(
         [paths[m] @ screen for m in order],

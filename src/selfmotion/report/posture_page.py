@@ -7,6 +7,7 @@ import pandas as pd
 from jaxtyping import Float
 from numpy import ndarray
 
+from selfmotion.methods.effort.curve import DRAWN_GAP
 from selfmotion.methods.natural_posture import PostureFinder
 from selfmotion.provenance import Provenance
 from selfmotion.report.html import Footer, Picture, Section, Table, write_report
@@ -60,7 +61,8 @@ def write_posture_report(
 def pose_section(finder: PostureFinder, name: str, T_hand: Float[ndarray, "4 4"]) -> Section:
     """Draw one pose: effort and coordinates over swivel angle, and the arm."""
     found = finder.find(T_hand)
-    curves = finder.curves(finder.manifolds.find(T_hand, clearance=finder.clearance))
+    manifold = finder.manifolds.find(T_hand, clearance=finder.clearance)
+    curves = finder.curves(manifold, gap=DRAWN_GAP)
     return Section(
         f"Pose {name}",
         words=(f"{found.status.sentence}.",),
