@@ -120,6 +120,12 @@ def test_masses_follow_the_stated_rules(standard):
     np.testing.assert_allclose(cubes.arm.mass, share * standard.arm.mass, rtol=1e-12)
     lighter = myoarm_of_person(PersonSize(OWN, mass=0.8))
     assert lighter.arm.mass.sum() == pytest.approx(0.8 * standard.arm.mass.sum())
+    names = standard.arm.chain.names
+    parts = [("shoulder_rot",), ("elbow_flexion", "pro_sup"), ("deviation", "flexion")]
+    weighed = myoarm_of_person(PersonSize(OWN, body_mass=60.0)).arm.mass
+    for part, share in zip(parts, (0.0263, 0.0150, 0.00585), strict=True):
+        joints = [names.index(name) for name in part]  # phantoms of the upper arm: 2 g elsewhere
+        assert weighed[joints].sum() == pytest.approx(60.0 * share, rel=2e-3)
 
 
 def test_an_unmeasured_girdle_grows_as_the_segments_do_in_the_mean(person):
@@ -151,3 +157,7 @@ def test_sizes_are_checked():
         myoarm_of_person(PersonSize({"forearm": float("nan")}))
     with pytest.raises(RangeError, match="mass = -1"):
         PersonSize({}, mass=-1.0)
+    with pytest.raises(RangeError, match=r"body mass \(kg\) = 0"):
+        PersonSize({}, body_mass=0.0)
+    with pytest.raises(RangeError, match="mass = 1: body_mass is given already"):
+        PersonSize({}, mass=1.0, body_mass=70.0)

@@ -28,6 +28,10 @@ def test_typed_lengths_and_a_subject_file_give_the_same_person(
     model = myoarm_of_person(PersonSize({"upper_arm": 0.31, "forearm": 0.24}))
     expected = muscle_effort(model, [0.6, 0.9, -0.3, 1.4, 0.2, 0.0, 0.1]).effort[0]
     assert typed["postures"][0]["effort"] == pytest.approx(expected, rel=1e-9)
+    heavy = answered(capsys, "effort", postures, "--mass", "90")["postures"][0]
+    lighter = answered(capsys, "effort", postures, "--mass", "45")["postures"][0]
+    for name, torque in heavy["torque"].items():  # torque is that of gravity alone
+        assert torque == pytest.approx(2.0 * lighter["torque"][name], rel=1e-9)
     constant = answered(
         capsys, "effort", postures, "--lengths", "upper_arm=0.31", "--strength", "constant"
     )
@@ -77,4 +81,9 @@ def test_bad_subject_files_are_one_line(
 
 def test_other_models_are_not_scaled(tmp_path: Path, capsys: Capture) -> None:
     line = refused(capsys, "posture", POSES, "--model", "a.osim", "--lengths", "hand=0.08")
-    assert "myoarm alone is scaled here, not a.osim" in line
+    assert "--lengths: myoarm alone is scaled here, not a.osim" in line
+    line = refused(capsys, "effort", POSES, "--model", "a.osim", "--mass", "70")
+    assert "--mass: myoarm alone is scaled here, not a.osim" in line
+    assert "body mass (kg) = 0: allowed is 2 to 400" in refused(
+        capsys, "posture", POSES, "--mass", "0"
+    )

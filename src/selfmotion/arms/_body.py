@@ -69,6 +69,12 @@ _TABLES: Mapping[str, Mapping[str, SegmentTable]] = MappingProxyType(
     }
 )
 
+
+def mean_share(segment: SegmentName) -> float:
+    """Give a segment's share of the body mass, the mean of de Leva's women and men."""
+    return 0.5 * (_TABLES["female"][segment].mass + _TABLES["male"][segment].mass)
+
+
 # Degrees from the anatomical zero.
 BOONE_AZEN: Mapping[str, float] = MappingProxyType(
     {

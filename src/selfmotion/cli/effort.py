@@ -10,7 +10,14 @@ import typer
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
 from selfmotion.cli.options import Jobs, Json, Out, Quiet, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
-from selfmotion.cli.person_size import Lengths, Strength, load_person, segment_lengths_of
+from selfmotion.cli.person_size import (
+    Lengths,
+    Mass,
+    PersonChoices,
+    Strength,
+    load_person,
+    segment_lengths_of,
+)
 from selfmotion.cli.posture import Convention, HandLoad, ModelName
 from selfmotion.cli.tables import Name, Rows, read_rows
 from selfmotion.provenance import Provenance
@@ -63,8 +70,7 @@ class EffortChoices:
     hand_load: float
     passive: bool
     exponent: float
-    lengths: tuple[tuple[str, float], ...]
-    strength: str
+    person: PersonChoices
 
 
 def effort(
@@ -83,9 +89,13 @@ def effort(
         bool, typer.Option("--passive", help="Let the passive force of stretched muscles count.")
     ] = False,
     exponent: Annotated[
-        float, typer.Option("--exponent", help="Effort is the sum of activations to this power.")
+        float,
+        typer.Option(
+            "--exponent", metavar="POWER", help="Effort is the sum of activations to this power."
+        ),
     ] = 2.0,
     lengths: Lengths = None,
+    mass: Mass = None,
     strength: Strength = "area",
     json: Json = False,
     out: Out = None,
@@ -96,8 +106,8 @@ def effort(
 ) -> int:
     """Compute the muscle effort that holds postures, or makes a movement."""
     batch = BatchChoices("effort", out, jobs, scheduler, resume, quiet)
-    sizes = segment_lengths_of(lengths)
-    choices = EffortChoices(model, convention, hand_load, passive, exponent, sizes, strength)
+    person = PersonChoices(segment_lengths_of(lengths), mass, strength)
+    choices = EffortChoices(model, convention, hand_load, passive, exponent, person)
     loaded, options = model_of(choices)
     names = loaded.arm.joints
     rates = [[f"{name}_{rate}" for name in names] for rate in ("velocity", "acceleration")]
@@ -123,7 +133,7 @@ def model_of(choices: EffortChoices) -> "tuple[MusculoskeletalArm, EffortOptions
 
     from selfmotion.muscles.static_optimization import EffortOptions
 
-    model = load_person(choices.model, choices.convention, choices.lengths, choices.strength)
+    model = load_person(choices.model, choices.convention, choices.person)
     options = EffortOptions.of(model.convention)
     loads = (*options.loads, "passive") if choices.passive else options.loads
     return model, replace(

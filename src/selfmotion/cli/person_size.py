@@ -1,7 +1,8 @@
-"""The options --lengths and --strength: the default arm with muscles at a person's size."""
+"""The options --lengths, --mass and --strength: the default arm with muscles at a person's size."""
 
 import math
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -28,8 +29,26 @@ Lengths: TypeAlias = Annotated[
 ]
 Strength: TypeAlias = Annotated[
     Literal["constant", "area", "mass"],
-    typer.Option("--strength", help="How muscle forces follow --lengths."),
+    typer.Option("--strength", help="How muscle forces follow --lengths and --mass."),
 ]
+Mass: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        "--mass",
+        metavar="KG",
+        help="Body mass of the person: upper arm, forearm and hand weigh 2.63, 1.50 and 0.585 % "
+        "of it; left out: as in myoarm, by the cubes of --lengths.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class PersonChoices:
+    """The size of a person as typed: segment lengths (m), body mass (kg), rule of strength."""
+
+    lengths: tuple[tuple[str, float], ...] = ()
+    mass: float | None = None
+    strength: str = "area"
 
 
 def segment_lengths_of(text: str | None) -> tuple[tuple[str, float], ...]:
@@ -46,26 +65,25 @@ def segment_lengths_of(text: str | None) -> tuple[tuple[str, float], ...]:
     return tuple((name, found[name]) for name in SEGMENTS if name in found)
 
 
-def load_person(
-    model: str, convention: str | None, lengths: tuple[tuple[str, float], ...], strength: str
-) -> "MusculoskeletalArm":
-    """Load an arm with muscles, at the size of a person where lengths are given.
+def load_person(model: str, convention: str | None, person: PersonChoices) -> "MusculoskeletalArm":
+    """Load an arm with muscles, at the size of a person where lengths or a mass are given.
 
     Raises:
         SelfmotionError: names the file or the length and what is wrong with it.
     """
     from selfmotion.cli.models import load_muscles
 
-    if not lengths:
+    if not person.lengths and person.mass is None:
         return load_muscles(model, convention)
     if model != SCALED:
+        option = "--lengths" if person.lengths else "--mass"
         raise ModelError(
-            f"--lengths: {SCALED} alone is scaled here, not {model}; scale an .osim with OpenSim's "
+            f"{option}: {SCALED} alone is scaled here, not {model}; scale an .osim with OpenSim's "
             "Scale Tool"
         )
     from selfmotion.arms.person_with_muscles import PersonSize, myoarm_of_person
 
-    size = PersonSize(dict(lengths), strength=strength)
+    size = PersonSize(dict(person.lengths), None, person.strength, person.mass)
     return myoarm_of_person(size, convention=convention or "plain")
 
 

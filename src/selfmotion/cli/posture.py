@@ -13,7 +13,14 @@ from selfmotion.cli.body import NO_BODY, BodyName, body_choice, body_of
 from selfmotion.cli.frames import MODEL, FrameName, ground_from_file
 from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
-from selfmotion.cli.person_size import Lengths, Strength, load_person, segment_lengths_of
+from selfmotion.cli.person_size import (
+    Lengths,
+    Mass,
+    PersonChoices,
+    Strength,
+    load_person,
+    segment_lengths_of,
+)
 from selfmotion.cli.poses import transforms
 from selfmotion.cli.robot import held_joints
 from selfmotion.cli.tables import Name, Rows, read_rows, with_unit_quaternions
@@ -120,8 +127,7 @@ class PostureChoices:
     robot: str | None
     held: tuple[tuple[str, float], ...]
     body: str
-    lengths: tuple[tuple[str, float], ...]
-    strength: str
+    person: PersonChoices
 
 
 def posture(
@@ -155,6 +161,7 @@ def posture(
     ] = None,
     body: BodyName = NO_BODY,
     lengths: Lengths = None,
+    mass: Mass = None,
     strength: Strength = "area",
     json: Json = False,
     out: Out = None,
@@ -167,10 +174,11 @@ def posture(
     """Find the natural posture for hand poses, by least muscle effort."""
     batch = BatchChoices("posture", out, jobs, scheduler, resume, quiet)
     rows = with_unit_quaternions(read_rows(poses, COLUMNS[1:], bare=COLUMNS))
-    sizes, machine = segment_lengths_of(lengths), None if robot is None else str(robot)
+    person = PersonChoices(segment_lengths_of(lengths), mass, strength)
+    machine = None if robot is None else str(robot)
     choices = PostureChoices(
         *(model, convention, search, on_jump, hand_load, machine, held_joints(hold, machine)),
-        *(body, sizes, strength),
+        *(body, person),
     )
     finder = posture_finder(choices)
     robot_finder = None if robot is None else finder_of_robot(choices)
@@ -217,7 +225,7 @@ def posture_finder(choices: PostureChoices) -> "PostureFinder":
     from selfmotion.methods.natural_posture import PostureFinder, SearchOptions
     from selfmotion.muscles.static_optimization import EffortOptions
 
-    model = load_person(choices.model, choices.convention, choices.lengths, choices.strength)
+    model = load_person(choices.model, choices.convention, choices.person)
     effort = replace(EffortOptions.of(model.convention), hand_load=choices.hand_load)
     search = SearchOptions(search=choices.search, on_jump=choices.on_jump)
     shapes = body_of(choices.body, model.arm)
