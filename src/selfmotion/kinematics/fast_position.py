@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import require_fillable, require_finite
+from selfmotion.arrays import freeze, require_fillable, require_finite
 from selfmotion.kinematics import sine_cosine as trigonometry
 from selfmotion.kinematics.chain import GROUND, Chain, Tip
 from selfmotion.kinematics.compiled import compiled
@@ -173,10 +173,9 @@ def positions(
         require_finite("q", samples)
         out[:] = tip.transform[:3, 3]
         return out
-    path, values = (
-        path_arrays(SerialPath.of(chain, tip)),
-        chain.coupling.value(samples),
-    )
+    path = path_arrays(SerialPath.of(chain, tip))
+    # Always read-only: the kernel would be compiled once more for arrays that are not.
+    values = freeze(chain.coupling.value(samples).view())
     suspects = []
 
     def work(a: int, b: int) -> None:
@@ -206,5 +205,5 @@ def path_arrays(path: SerialPath) -> PathArrays:
         sine[:n],
         path.shift[:n],
         path.base,
-        np.ascontiguousarray(tip),
+        np.array(tip),
     )

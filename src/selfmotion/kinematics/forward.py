@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from selfmotion.arrays import require_fillable, require_finite, require_shape
+from selfmotion.arrays import freeze, require_fillable, require_finite, require_shape
 from selfmotion.kinematics import kernels
 from selfmotion.kinematics.chain import GROUND, Chain, Tip
 from selfmotion.kinematics.threads import share
@@ -152,7 +152,9 @@ def _fill(
         require_finite("q", samples)
         T[:], jacobian[:] = tip.transform, 0.0
         return
-    path, values = tip_path(chain, tip), chain.coupling.value(samples)
+    path = tip_path(chain, tip)
+    # Always read-only: the kernel would be compiled once more for arrays that are not.
+    values = freeze(chain.coupling.value(samples).view())
     frames, columns = T.reshape(-1, 16), jacobian.reshape(len(T), 6 * jacobian.shape[2])
     suspects = []
 
