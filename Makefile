@@ -39,8 +39,9 @@ docs: $(VENV)/.installed-dev
 	$(BIN)/python -m sphinx -b html -W --keep-going -q docs docs/_build/html
 	@echo "The site: $(abspath docs/_build/html/index.html)"
 
-# Peers that are not installed are left out; the page says which.
+# Peers that cannot be installed are left out; the page says which.
 benchmarks: $(VENV)/.installed-dev
+	@while read -r peer; do $(PIP) "$$peer" || echo "left out: $$peer" >&2; done < benchmarks/peers.txt
 	$(BIN)/python benchmarks/run_all.py
 
 # The linters, one target each: pre-commit and .ci/run call these very lines.

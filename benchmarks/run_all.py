@@ -4,9 +4,10 @@
 
 Sizes are those of the table `RUNS` below: some ten minutes in all on two idle cores; ``--full``
 takes those named in each benchmark's own help, an hour. `make benchmarks` does the same in the
-environment of the Makefile. A benchmark or a peer that is not installed is left out, and the page
-says so. ``--keep DIR`` keeps the rows of each benchmark as JSON and takes those that are there
-already, so that a run that was interrupted goes on.
+environment of the Makefile, with the peers of `peers.txt` that can be installed there. A benchmark
+or a peer that is not installed is left out, and the page says so. ``--keep DIR`` keeps the rows of
+each benchmark as JSON and takes those that are there already, so that a run that was interrupted
+goes on.
 """
 
 import argparse
@@ -131,10 +132,14 @@ alone.
 """
 
 
-def page(found: list[Found], *, full: bool) -> str:
-    """Write the whole page."""
+def load_now() -> str:
+    """Say how busy the machine is; nothing where the system does not tell."""
+    return f", load {os.getloadavg()[0]:.1f} before it" if hasattr(os, "getloadavg") else ""
+
+
+def page(found: list[Found], *, full: bool, load: str = "") -> str:
+    """Write the whole page; `load` is that of the machine before the run."""
     today = datetime.date.today().isoformat()
-    load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     ours = ", ".join(version_of(name) for name in ("selfmotion", "numpy", "scipy", "numba"))
     lines = [HEAD, f"Run on {today}; {hardware()}{load}; {platform.system()}, Python "]
     lines[-1] += f"{platform.python_version()}; {ours}.\n"
@@ -156,12 +161,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "benchmarks.md")
     parser.add_argument("--keep", type=Path, help="folder that keeps the rows")
     args = parser.parse_args()
+    load = load_now()  # our own run is no part of it
     with tempfile.TemporaryDirectory() as scratch:
         folder = args.keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         chosen = [run for run in RUNS if not args.only or run.name in args.only]
         found = [run_one(run, full=args.full, folder=folder.resolve()) for run in chosen]
-    args.out.write_text(page(found, full=args.full), encoding="utf-8")
+    args.out.write_text(page(found, full=args.full, load=load), encoding="utf-8")
     print(f"wrote {args.out}")
 
 
