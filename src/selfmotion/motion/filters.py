@@ -313,15 +313,18 @@ def _stretches(whole: np.ndarray) -> Iterator[tuple[int, int]]:
 def _by_stretch(
     samples: np.ndarray, function: Callable[[np.ndarray, int], np.ndarray]
 ) -> np.ndarray:
-    """Apply `function(part, start)` to each stretch of each column that holds no NaN."""
+    """Apply `function(columns, start)` to the stretches of columns that hold no NaN."""
     columns = samples.reshape(len(samples), -1)
     gaps = np.isnan(columns)
     if not gaps.any():
         return function(columns, 0).reshape(samples.shape)
     out = np.full_like(columns, np.nan)
-    for i in range(columns.shape[1]):
-        for start, stop in _stretches(~gaps[:, i]):
-            out[start:stop, i] = function(columns[start:stop, i : i + 1], start)[:, 0]
+    # Columns with the same gaps go together: those of a marker, and all markers without any.
+    kinds, which = np.unique(gaps, axis=1, return_inverse=True)
+    for k, gap in enumerate(kinds.T):
+        alike = np.flatnonzero(which == k)
+        for start, stop in _stretches(~gap):
+            out[start:stop, alike] = function(columns[start:stop, alike], start)
     return out.reshape(samples.shape)
 
 
