@@ -96,7 +96,7 @@ CONTRACT = Contract(
 def angles(
     markers: Annotated[
         list[Path],
-        typer.Argument(metavar="MARKERS...", help="Marker files (.c3d, .trc, Vicon .csv, BIDS)."),
+        typer.Argument(metavar="MARKERS", help="Marker files (.c3d, .trc, Vicon .csv, BIDS)."),
     ],
     static: Annotated[
         Path, typer.Option("--static", metavar="FILE", help="Trial with all bony landmarks.")

@@ -71,8 +71,14 @@ def load(name: str) -> Any:
     """Import one command and build its parser."""
     module = importlib.import_module(f"selfmotion.cli.{name}")
     single = typer.Typer(add_completion=False, rich_markup_mode=None)
-    single.command(name)(getattr(module, name))
-    return typer.main.get_command(single)
+    words = [word for word in module.CONTRACT.example if word not in ("--json", "--quiet")]
+    single.command(name, epilog=f"Example: selfmotion {' '.join(words)}")(getattr(module, name))
+    command: Any = typer.main.get_command(single)
+    for parameter in command.params:
+        if parameter.param_type_name == "argument":
+            # typer writes the Python type after the name, which tells a person nothing.
+            parameter.display_type_rich = lambda ctx: ""
+    return command
 
 
 def _print_version(wanted: bool) -> bool:
@@ -88,7 +94,10 @@ app = typer.Typer(cls=LazyGroup, add_completion=False, rich_markup_mode=None)
 @app.callback()
 def selfmotion(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Say which.")
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Say which version."
+        ),
     ] = False,
 ) -> None:
     """Kinematic redundancy of the human arm.

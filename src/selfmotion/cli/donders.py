@@ -99,7 +99,7 @@ def donders(
     postures: Annotated[
         list[Path],
         typer.Argument(
-            metavar="POSTURES|DIR...",
+            metavar="POSTURES|DIR",
             help=".csv with columns of joint angles, qx to qw, rx to rz, or r11 to r33; .npz with "
             "q, quaternions, rotation_vectors or matrices. With --study: folders of recordings.",
         ),

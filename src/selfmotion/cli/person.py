@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -95,12 +95,14 @@ CONTRACT = Contract(
 
 
 def person(
-    folders: Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of recordings.")],
+    folders: Annotated[list[Path], typer.Argument(metavar="DIR", help="Folders of recordings.")],
     study: StudyFile = None,
     subject: Annotated[
-        str | None, typer.Option(help="Who; left out: everybody in the folders.")
+        str | None, typer.Option(metavar="NAME", help="Who; left out: everybody in the folders.")
     ] = None,
-    side: Annotated[str | None, typer.Option(help="right or left; left out: both.")] = None,
+    side: Annotated[
+        Literal["right", "left"] | None, typer.Option(help="Which arm; left out: both.")
+    ] = None,
     json: Json = False,
     out: Out = None,
     report: Report = None,

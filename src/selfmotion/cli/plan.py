@@ -116,7 +116,8 @@ def plan(
         float, typer.Option("--duration", metavar="S", help="Length of a movement.")
     ] = 0.4,
     steps: Annotated[
-        int, typer.Option("--steps", min=1, help="Intervals of the output of a movement.")
+        int,
+        typer.Option("--steps", metavar="N", min=1, help="Intervals of the output of a movement."),
     ] = 100,
     planner: Annotated[
         Literal["spring", "minimum-jerk"] | None,

@@ -20,7 +20,7 @@ Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 Inputs: TypeAlias = Annotated[
     list[Path],
     typer.Argument(
-        metavar="INPUT...",
+        metavar="INPUT",
         help="Files or folders: .npz and .mat (qd and jacobian), .csv, .mot, .sto (joint angles "
         "in rad, or deg in columns named NAME_deg).",
     ),
@@ -31,7 +31,11 @@ ArmName: TypeAlias = Annotated[
 ]
 TaskName: TypeAlias = Annotated[
     str | None,
-    typer.Option("--task", help="position, planar, pose or pointing; left out: the arm's own."),
+    typer.Option(
+        "--task",
+        metavar="KIND",
+        help="position, planar, pose or pointing; left out: the arm's own.",
+    ),
 ]
 Cutoff: TypeAlias = Annotated[
     float | None,

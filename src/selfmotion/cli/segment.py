@@ -79,10 +79,11 @@ CONTRACT = Contract(
 def segment(
     inputs: Annotated[
         list[Path],
-        typer.Argument(metavar="INPUT...", help="Recordings, or marker files, or folders."),
+        typer.Argument(metavar="INPUT", help="Recordings, or marker files, or folders."),
     ],
     marker: Annotated[
-        str | None, typer.Option("--marker", help="Of marker files: whose speed counts.")
+        str | None,
+        typer.Option("--marker", metavar="NAME", help="Of marker files: whose speed counts."),
     ] = None,
     arm: ArmName = None,
     task: TaskName = None,
@@ -93,14 +94,20 @@ def segment(
     up: Up = None,
     forward: Forward = None,
     share: Annotated[
-        float, typer.Option("--share", help="Share of peak speed that counts as rest.")
+        float,
+        typer.Option("--share", metavar="SHARE", help="Share of peak speed that counts as rest."),
     ] = 0.05,
     valley: Annotated[
         float,
-        typer.Option("--valley", help="Speed between strokes, as a share of the lower peak."),
+        typer.Option(
+            "--valley", metavar="SHARE", help="Speed between strokes, as a share of the lower peak."
+        ),
     ] = 0.5,
     points: Annotated[
-        int, typer.Option("--points", help="Of each movement and stroke in normalised.*, 0-100 %.")
+        int,
+        typer.Option(
+            "--points", metavar="N", help="Of each movement and stroke in normalised.*, 0-100 %."
+        ),
     ] = 101,
     form: Annotated[
         Literal["csv", "parquet"], typer.Option("--format", help="Of the tables in --out.")

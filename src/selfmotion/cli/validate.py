@@ -90,7 +90,7 @@ CONTRACT = Contract(ValidateDocument, ("validate", "examples/markers.trc", "--js
 def validate(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar="FILE...", help="Files, or folders, with all below them."),
+        typer.Argument(metavar="FILE", help="Files, or folders, with all below them."),
     ],
     length_unit: LengthUnit = None,
     angle_unit: AngleUnit = None,

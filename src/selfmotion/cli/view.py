@@ -32,15 +32,23 @@ CONTRACT = Contract(ViewDocument, ("view", "--export", "build/scene.html", "--js
 def view(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(help="A recording of joint angles to play, a saved state (.json), or both."),
+        typer.Argument(
+            metavar="FILE",
+            help="A recording of joint angles to play, a saved state (.json), or both.",
+        ),
     ] = None,
     model: Annotated[
         str, typer.Option(metavar="myoarm|FILE", help="Arm with muscles: myoarm, .osim or .xml.")
     ] = "myoarm",
     host: Annotated[
-        str, typer.Option(help="Address to listen on; 0.0.0.0 lets others on the network in.")
+        str,
+        typer.Option(
+            metavar="ADDRESS", help="Address to listen on; 0.0.0.0 lets others on the network in."
+        ),
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="Port; the next free one, if it is taken.")] = 8080,
+    port: Annotated[
+        int, typer.Option(metavar="N", help="Port; the next free one, if it is taken.")
+    ] = 8080,
     export: Annotated[
         Path | None,
         typer.Option(metavar="FILE.html", help="Write the scene as one page and end."),

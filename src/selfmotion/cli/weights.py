@@ -153,7 +153,9 @@ def weights(
     ] = "ml",
     null_ratio: Annotated[
         float | None,
-        typer.Option("--null-ratio", help="γ of Algorithm 1, 0 to 1; left out: 0.9."),
+        typer.Option(
+            "--null-ratio", metavar="RATIO", help="γ of Algorithm 1, 0 to 1; left out: 0.9."
+        ),
     ] = None,
     null_schedule: Annotated[
         Literal["constant", "printed"] | None,
@@ -168,7 +170,9 @@ def weights(
     ] = "all",
     windows: Annotated[
         int | None,
-        typer.Option("--windows", help="Windows of a movement, with --per window; left out: 5."),
+        typer.Option(
+            "--windows", metavar="N", help="Windows of a movement, with --per window; left out: 5."
+        ),
     ] = None,
     study_file: StudyFile = None,
     jobs: Jobs = 1,

@@ -75,10 +75,16 @@ def workspace(
         typer.Option("--slice", metavar="Z", help="Height of a slice (m); repeatable."),
     ] = None,
     points: Annotated[
-        int, typer.Option("--points", help="Points of one shift; more make errors smaller.")
+        int,
+        typer.Option(
+            "--points", metavar="N", help="Points of one shift; more make errors smaller."
+        ),
     ] = 8192,
     shifts: Annotated[
-        int, typer.Option("--shifts", help="Independent shifts that give the standard error.")
+        int,
+        typer.Option(
+            "--shifts", metavar="N", help="Independent shifts that give the standard error."
+        ),
     ] = 8,
     body: BodyChoice = None,
     maps: MapNames = None,
