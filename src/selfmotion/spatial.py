@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike
 from selfmotion.arrays import Transform, as_float_array
 from selfmotion.errors import RangeError
 
-# Below this angle (rad) sin(x)/x and its like are taken from their series.
-SMALL_ANGLE = 1e-4
-
 
 def skew(v: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3 3"]:
     """Give the matrix that crosses with v: ``skew(v) @ u == cross(v, u)``."""

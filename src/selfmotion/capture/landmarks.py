@@ -24,8 +24,6 @@ from selfmotion.motion.markers import MarkerSet
 # Markers needed for a rotation, and the second singular value (relative) of markers on one line.
 LEAST_MARKERS = 3
 ON_ONE_LINE = 1e-3
-# A cluster whose fit is better than this is noisier than it looks (m).
-LEAST_NOISE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ from selfmotion.report.convergence_figures import (
     noise_figure,
     two_joint_figure,
 )
-from selfmotion.report.explain import WHAT_GROUPS_ARE, WHAT_NOT_IDENTIFIED_IS, WHAT_WEIGHTS_ARE
 from selfmotion.report.html import Footer, Page, Picture, Section, Table
 from selfmotion.report.velocity_figures import (
     null_share_figure,
@@ -21,6 +20,22 @@ from selfmotion.studies.khoramshahi2022 import Reproduction
 from selfmotion.studies.reaching_study import ReachingResult
 from selfmotion.studies.screen_study import ScreenResult
 
+WHAT_WEIGHTS_ARE = (
+    "A weight says how costly it is for this person to move a joint in order to move the hand. "
+    "Only ratios mean something: doubling all weights changes nothing that can be observed."
+)
+WHAT_GROUPS_ARE = (
+    "Two joints can be compared only if they can stand in for each other: if some movement of "
+    "both leaves the hand where it is. Joints that can be compared, directly or through others, "
+    "form a group; the largest weight of each group is set to 1, and weights of different groups "
+    "have nothing to do with each other."
+)
+WHAT_NOT_IDENTIFIED_IS = (
+    "A joint is given no weight where the data cannot tell it: because no other joint could do "
+    "its work, because it did not move, because the movements made did not call on the choice, "
+    "or because the uncertainty is larger than the factor e (2.7). Such a joint is shown in words "
+    "and not as a number."
+)
 GENERATED = (
     "The published recordings are not at hand. These people are generated, with weights drawn "
     "around the published ones: agreement with the paper is built in and proves nothing. What "
