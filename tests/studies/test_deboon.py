@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 
+from selfmotion.kinematics.forward import tip_positions
+from selfmotion.kinematics.solid_shapes import Ellipsoid
+from selfmotion.methods.reaching.ik_tasks import HandRows
+from selfmotion.methods.reaching.screen import reach_screen
 from selfmotion.methods.workspace import WorkspaceOptions
 from selfmotion.report.workspace_figures import (
     DEVICE_JOINTS,
     arc_joints_figure,
     arcs_figure,
+    hulls_figure,
+    island_figure,
     slices_figure,
 )
 from selfmotion.studies.deboon import RADII, StudySize, deboon_study
+from selfmotion.studies.deboon_figures import counterparts
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +52,64 @@ def test_the_splint_shortens_every_circle(study):
     assert (splinted["elbow_to_deg"] <= 114.0 + 1e-9).all()
 
 
+def test_the_body_is_cut_out_by_its_share_of_the_workspace(study):
+    """The part of the body within reach, counted again by points of our own drawing."""
+    body, space = study.places.body, study.workspace
+    box = np.array([[-0.5, -0.3, -0.7], [0.5, 0.3, 0.6]])
+    points = np.random.default_rng(1).uniform(box[0], box[1], (20_000, 3))
+    within = np.zeros(len(points), dtype=bool)
+    for shape in body.shapes.values():
+        if isinstance(shape, Ellipsoid):
+            local = (points - shape.centre) @ shape.axes / shape.half
+            within |= (local**2).sum(axis=1) < 1
+        else:
+            along = shape.end - shape.start
+            at = np.clip((points - shape.start) @ along / (along @ along), 0, 1)
+            nearest = shape.start + at[:, None] * along
+            within |= np.linalg.norm(points - nearest, axis=1) < shape.radius
+    reached = reach_screen(HandRows(space.arm, ("x", "y", "z"))).decide(points[within]).reachable
+    ours = 1e6 * np.prod(box[1] - box[0]) * reached.sum() / len(points)
+    free = study.places.volumes.set_index("region").loc["free"]
+    assert free["inside_the_body_cm3"] == pytest.approx(ours, rel=0.15)
+    whole = free["inside_the_body_cm3"] + free["without_the_body_cm3"]
+    assert whole == pytest.approx(free["volume_cm3"])
+
+
+def test_the_way_over_the_shoulder_is_told_apart(study):
+    island, over = study.places.island, study.places.over
+    for name in ("free", "limited"):
+        reached = island.part.regions[name].inside
+        out = ~study.places.body.inside(island.part.regions[name].points)
+        np.testing.assert_array_equal(island.over[name] | island.under[name], reached & out)
+    assert 0 < over.sets["limited"].volume < over.sets["free"].volume < over.space
+
+
+def test_every_figure_has_its_counterpart(study):
+    table = counterparts(study)
+    told = " ".join(table["in the paper"])
+    assert all(number in told for number in ("3", "5", "6", "7", "8", "9", "10", "11", "12", "13"))
+    assert (table["difference"].str.len() > 10).all()
+
+
+def test_a_way_round_is_found_from_the_ends_of_an_arc_too(study):
+    """The splinted elbow on the widest circle: from the middle each way ends short of the arc."""
+    arcs = study.devices[0].arcs["splinted", RADII[-1]]
+    assert len(arcs) == 2
+    for arc in arcs:
+        assert arc.path.status.ok
+        assert arc.path.time[0] == pytest.approx(arc.first, abs=0.01)
+        assert arc.path.time[-1] == pytest.approx(arc.last, abs=0.01)
+        hands = tip_positions(arc.path.task.arm.chain, arc.path.q, [arc.path.task.arm.tip("hand")])
+        centre = np.array(study.devices[0].scenario.centre)
+        away = np.linalg.norm(hands[:, 0] - centre, axis=1)
+        np.testing.assert_allclose(away, RADII[-1], atol=2e-5)
+
+
 def test_pictures_are_drawn(study):
-    assert len(slices_figure(study.workspace).axes) >= 2
+    body = study.places.body
+    assert len(slices_figure(study.workspace, body).axes) >= 2
+    assert len(hulls_figure(study.workspace, body).axes) == 2
+    assert all(len(ax.lines) == 4 for ax in island_figure(study.places.island, body).axes)
     assert len(arcs_figure(study.devices[1]).axes) == 4
     joints = arc_joints_figure(study.devices[0]).axes
     assert len(joints) == 2 * len(DEVICE_JOINTS) and all(ax.lines for ax in joints)

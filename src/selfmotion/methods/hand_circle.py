@@ -124,7 +124,7 @@ class CircleReach:
             f"in {len(self.arcs)} {'arc' if len(self.arcs) == 1 else 'arcs'}"
         )
         if jumps:
-            return f"{text}; {jumps} cannot be followed without a jump of a joint."
+            return f"{text}; for {jumps} no way without a jump of a joint was found."
         return f"{text}, followed without a jump."
 
 

@@ -8,9 +8,11 @@ from selfmotion.report.workspace_figures import (
     arc_joints_figure,
     arcs_figure,
     hulls_figure,
+    island_figure,
     slices_figure,
 )
 from selfmotion.studies.deboon import DeBoonStudy, DeviceResult
+from selfmotion.studies.deboon_figures import counterparts
 
 FIGURES = {2: 11, 3: 13}
 PLANES = {"yz": "sagittal", "xz": "coronal"}
@@ -34,7 +36,9 @@ def deboon_page(made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
             tables=(Table(numbers, "`kind` says what may be compared."),),
         ),
         workspace_section(made),
+        island_section(made),
         *(device_section(device) for device in made.devices),
+        counterparts_section(made),
         missing_section(),
     ]
     footer = Footer((provenance, made.workspace.provenance), ("DeBoon",))
@@ -44,26 +48,59 @@ def deboon_page(made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
 
 def workspace_section(made: DeBoonStudy) -> Section:
     """Show scenario 1: the workspace with the elbow free and splinted."""
-    space = made.workspace
+    space, places = made.workspace, made.places
     return Section(
         "Scenario 1: the workspace",
         pictures=(
             Picture(
-                hulls_figure(space),
-                "Outlines of the convex hulls (Fig. 6). A hull bridges hollows: compare volumes.",
-                "Hulls of the workspace with and without the splint, from three sides",
+                hulls_figure(space, places.body),
+                "The convex hulls in space (Fig. 6). A hull bridges hollows: compare volumes.",
+                "Hulls of the workspace with and without the splint, in space from two sides",
             ),
             Picture(
-                slices_figure(space),
-                "Horizontal slices, seen from above: what the splint leaves and what it takes.",
+                slices_figure(space, places.body),
+                "Horizontal slices, seen from above (Figs 7 to 9): what the splint leaves, what it "
+                "takes, and the body of someone who stands, cut out.",
                 "Points reached in horizontal slices, with and without the splint",
             ),
         ),
         tables=(
-            Table(space.to_frame(), "Volumes in cm³; shares of the free volume.", digits=4),
-            Table(space.slices_frame(), "Areas of the slices (m, m²)."),
+            Table(space.to_frame(), "Volumes in cm³, body included; shares of the free volume.", 4),
+            Table(places.volumes, "What of the volumes lies inside the body.", 4),
+            Table(space.slices_frame(), "Areas of the slices (m, m²), body included."),
         ),
     )
+
+
+def island_section(made: DeBoonStudy) -> Section:
+    """Show the island of fig. 7: what only the way over the shoulder leads to."""
+    places, pictures, words = made.places, (), []
+    if places.island is not None:
+        pictures = (
+            Picture(
+                island_figure(places.island, places.body),
+                "The slice at the height of the sternoclavicular joint, seen from above. Dashed: "
+                "the named region, a box of our own; the paper draws its box without numbers.",
+                "Places of one slice that only the way over the shoulder leads to",
+            ),
+        )
+        free, limited = (1e4 * places.island.area(name) for name in ("free", "limited"))
+        words.append(
+            f"In this slice {free:.0f} cm² (elbow free) and {limited:.0f} cm² (splinted) are "
+            "reached over the shoulder only: no posture with the elbow below it was found."
+        )
+    reach = {name: region.volume for name, region in places.over.sets.items()}
+    words.append(
+        "In the whole region over the shoulder (behind it, elbow above it; body cut out) the free "
+        f"arm reaches {1e3 * reach['free']:.1f} litres, the splinted one "
+        f"{1e3 * reach['limited']:.1f}: help would be needed in {1e3 * reach['lost']:.1f}."
+    )
+    return Section("Scenario 1: over the shoulder", words=tuple(words), pictures=pictures)
+
+
+def counterparts_section(made: DeBoonStudy) -> Section:
+    """Put each figure and table of the paper beside ours, with a word on the difference."""
+    return Section("Figure by figure", tables=(Table(counterparts(made), "In the paper's order."),))
 
 
 def missing_section() -> Section:
@@ -74,14 +111,10 @@ def missing_section() -> Section:
             "Fig. 5 and every measured curve of figs 6 to 13: the recordings are not public. Of "
             "the four cases that the paper lays over each other (measured and computed, free and "
             "splinted) the two computed ones are shown here, in one picture each.",
-            "The paper prints no volume and no area; figs 6 to 9 are pictures only. The hulls of "
-            "fig. 6 are drawn by their outlines; the slices of figs 7 to 9 are drawn here as the "
-            "sets that are reached, since hulls overstate a hollow slice.",
-            "The cut-outs of head, torso and legs have no printed sizes: `selfmotion workspace "
-            "--body standing` cuts them out with shapes of our own.",
-            "Figs 11 and 13: the self-motion on the circles is so wide that a joint's curve "
-            "depends on the cost chosen; only the elbow's, which the distance to the device fixes "
-            "most, says more than that.",
+            "The paper prints no volume, no area and no arc; figs 6 to 13 are pictures only.",
+            "The cut-outs of head, torso and legs have no printed sizes, and the dashed box of "
+            "fig. 7 none either: both are ours, sized by the arm's lengths. The body's middle is "
+            "put at the model's origin, the right sternoclavicular joint, about 2 cm beside it.",
             "The upper limits of the three wrist joints are lost in the text at hand, and so is "
             "where the sternal notch lies in the model's axes; the first are assumed, the second "
             "is a parameter of the study, taken as zero.",

@@ -3,71 +3,161 @@
 What is kept is blue, what is lost orange: where help is needed.
 """
 
+from typing import cast
+
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import MultipleLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+from scipy.spatial import ConvexHull
 
+from selfmotion.kinematics.body_shapes import BodyShapes
+from selfmotion.kinematics.solid_shapes import Capsule, Shape
 from selfmotion.methods.workspace import Slice, Workspace
-from selfmotion.report.theme import BASELINE, INK, NULL, TASK, legend_below, new_figure, themed
+from selfmotion.report.theme import (
+    BASELINE,
+    INK,
+    JOINT_COLOURS,
+    NULL,
+    TASK,
+    legend_below,
+    new_figure,
+    themed,
+)
 from selfmotion.studies.deboon import DeviceResult
+from selfmotion.studies.deboon_body import Island
 
 KEPT, LOST = TASK, NULL
 COLUMNS = 4
+# How far from the origin the body's outline is looked for, and its cells (m).
+OUTLINE, OUTLINE_CELL = 0.6, 0.005
 # Joints drawn along a device's circle, those of [DeBoon] figs 11 and 13.
 DEVICE_JOINTS = ("elbow_flexion", "wrist_deviation", "wrist_flexion", "wrist_pronation")
 
 
 @themed
-def slices_figure(space: Workspace) -> Figure:
-    """Draw the points of each slice that are reached, and those that limits take away."""
+def slices_figure(space: Workspace, body: BodyShapes | None = None) -> Figure:
+    """Draw the points of each slice that are reached, and those that limits take away.
+
+    Args:
+        space: of `workspace`, with slices; the arm's ground has x to the right and y forward.
+        body: whose inside is cut out of the slices, and drawn.
+    """
     n_rows = -(-len(space.slices) // COLUMNS)
     figure, axes = new_figure(
         n_rows, COLUMNS, size=(7.2, 1.95 * n_rows + 0.4), share_x=True, share_y=True
     )
     flat = axes.ravel()
     for ax, part in zip(flat, space.slices, strict=False):
-        _slice(ax, part)
+        _slice(ax, part, body)
     for ax in flat[len(space.slices) :]:
         ax.set_visible(False)
     for ax in axes[:, 0]:
         ax.set_ylabel("y, forward (m)")
-    for ax in axes[-1]:
+    for ax in flat[max(0, len(space.slices) - COLUMNS) : len(space.slices)]:
         ax.set_xlabel("x, right (m)")
-    legend_below(figure, flat[0], columns=3)
+        ax.tick_params(labelbottom=True)
+    legend_below(figure, flat[0], columns=2)
     return figure
 
 
 @themed
-def hulls_figure(space: Workspace) -> Figure:
-    """Draw the outlines of the convex hulls, free and limited, from three sides ([DeBoon] fig. 6).
+def hulls_figure(space: Workspace, body: BodyShapes | None = None) -> Figure:
+    """Draw the convex hulls, free and limited, in space from two sides ([DeBoon] fig. 6).
 
-    The arm's ground has x to the right, y forward and z up.
+    Args:
+        space: of `workspace`; the arm's ground has x to the right, y forward and z up.
+        body: drawn inside the hulls.
     """
-    from scipy.spatial import ConvexHull
-
-    figure, axes = new_figure(1, 3, size=(7.2, 3.0))
-    views = (("from above", 0, 1), ("from the right", 1, 2), ("from the front", 0, 2))
-    names = ("x, right (m)", "y, forward (m)", "z, up (m)")
-    kinds = [("free", LOST, "all ranges"), ("limited", KEPT, "limited")]
-    for ax, (title, i, j) in zip(axes[0], views, strict=True):
-        for name, colour, label in kinds:
-            if name not in space.regions or not len(space.hull(name)):
+    figure = Figure(figsize=(7.2, 3.6), layout="constrained")
+    views = (("from the right, in front", 12.0, 35.0), ("from the left, behind", 12.0, 215.0))
+    kinds = [("free", LOST, 0.12, "all ranges"), ("limited", KEPT, 0.25, "limited")]
+    for place, (title, height, turn) in enumerate(views, start=1):
+        ax = cast(Axes3D, figure.add_subplot(1, 2, place, projection="3d"))
+        for name, colour, alpha, _ in kinds:
+            corners = space.hull(name) if name in space.regions else np.zeros((0, 3))
+            if not len(corners):
                 continue
-            flat = space.hull(name)[:, [i, j]]
-            outline = flat[ConvexHull(flat).vertices]
-            ax.fill(*outline.T, facecolor=colour, alpha=0.18, linewidth=0)
-            closed = np.concatenate([outline, outline[:1]])
-            ax.plot(*closed.T, color=colour, linewidth=1.4, label=label)
-        ax.plot(0, 0, "+", color=INK, ms=6, label="sternoclavicular joint")
-        if title == "from the front":
-            ax.invert_xaxis()  # who faces a person has that person's right on the left
-        ax.set(title=title, xlabel=names[i], ylabel=names[j], aspect="equal")
-        ax.grid(True, axis="both")
-    legend_below(figure, axes[0, 0], columns=3)
+            hull = ConvexHull(corners)
+            faces = Poly3DCollection(corners[hull.simplices], facecolors=colour, alpha=alpha)
+            faces.set_edgecolor(to_rgba(colour, 0.45))
+            faces.set_linewidth(0.3)
+            ax.add_collection3d(faces)
+        if body is not None:
+            for shape in body.shapes.values():
+                ax.plot_surface(*_surface(shape), color=BASELINE, alpha=0.9, linewidth=0)
+        _square(ax, space.hull("free"))
+        ax.view_init(elev=height, azim=turn)
+        ax.set(title=title, xlabel="x, right (m)", ylabel="y, forward (m)")
+        ax.zaxis.set_rotate_label(False)
+        ax.set_zlabel("z, up (m)", rotation=90)
+    handles = [
+        Patch(facecolor=c, alpha=0.4 + a, label=w) for n, c, a, w in kinds if n in space.regions
+    ]
+    if body is not None:
+        handles.append(Patch(facecolor=BASELINE, label="body"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 
-def _slice(ax: Axes, part: Slice) -> None:
+def _surface(shape: Shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Give x, y and z (m) of a grid on a shape's surface; a capsule is drawn by its tube."""
+    if isinstance(shape, Capsule):
+        along = shape.end - shape.start
+        side = np.linalg.svd(along[None])[2][1:]
+        turn = np.linspace(0, 2 * np.pi, 13)[:, None, None]
+        around = shape.radius * (np.cos(turn) * side[0] + np.sin(turn) * side[1])
+        grid = shape.start + np.linspace(0, 1, 3)[:, None] * along + around
+    else:
+        up, turn = np.meshgrid(np.linspace(-np.pi / 2, np.pi / 2, 9), np.linspace(0, 2 * np.pi, 13))
+        ball = np.stack([np.cos(up) * np.cos(turn), np.cos(up) * np.sin(turn), np.sin(up)], axis=-1)
+        grid = shape.centre + (ball * shape.half) @ shape.axes.T
+    return grid[..., 0], grid[..., 1], grid[..., 2]
+
+
+def _square(ax: Axes3D, corners: np.ndarray) -> None:
+    """Give all three axes one scale, so that a ball looks like one."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    ax.set_box_aspect((high - low).tolist())
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        axis.set_major_locator(MultipleLocator(0.5))
+
+
+@themed
+def island_figure(island: Island, body: BodyShapes) -> Figure:
+    """Draw the slice of [DeBoon] fig. 7: what is reached over the shoulder only, and its box."""
+    figure, axes = new_figure(1, 2, size=(7.2, 3.9), share_x=True, share_y=True)
+    points = island.part.regions["free"].points
+    for ax, name, title in zip(
+        axes[0], ("free", "limited"), ("elbow free", "splinted"), strict=True
+    ):
+        over, under = island.over[name], island.under[name]
+        for mask, colour, size, label in (
+            (under & ~over, KEPT, 2.6, "with the elbow below the shoulder"),
+            (under & over, JOINT_COLOURS[1], 2.6, "either way"),
+            (over & ~under, JOINT_COLOURS[2], 4.0, "over the shoulder only"),
+        ):
+            ax.plot(*points[mask, :2].T, ".", ms=size, color=colour, label=label, rasterized=True)
+        body_outline(ax, body, island.part.height)
+        (left, right), (behind, before) = island.box
+        ax.plot(
+            [left, right, right, left, left],
+            [behind, behind, before, before, behind],
+            "--", color=INK, lw=1.0, label="named region over the shoulder",
+        )  # fmt: skip
+        ax.set(title=title, xlabel="x, right (m)", aspect="equal")
+        ax.grid(True, axis="both")
+    axes[0, 0].set_ylabel("y, forward (m)")
+    legend_below(figure, axes[0, 0], columns=2)
+    return figure
+
+
+def _slice(ax: Axes, part: Slice, body: BodyShapes | None) -> None:
     """Draw one slice, seen from above."""
     kept = part.regions.get("limited", part.regions["free"])
     sets = [(kept, KEPT, "reached")]
@@ -75,11 +165,27 @@ def _slice(ax: Axes, part: Slice) -> None:
         sets.append((part.regions["lost"], LOST, "reached without the limits only"))
     for region, colour, label in sets:
         x = region.points[region.inside]
+        if body is not None:
+            x = x[~body.inside(x)]
         ax.plot(x[:, 0], x[:, 1], ".", ms=2.2, color=colour, label=label, rasterized=True)
     ax.plot(0, 0, "+", color=INK, ms=6, label="sternoclavicular joint")
+    if body is not None:
+        body_outline(ax, body, part.height)
     ax.set_title(f"z = {1e3 * part.height:+.0f} mm")
     ax.set_aspect("equal")
     ax.grid(True, axis="both")
+
+
+def body_outline(ax: Axes, body: BodyShapes, height: float) -> None:
+    """Fill the body where a horizontal plane cuts it, in metres; x is right, y is forward."""
+    x = np.arange(-OUTLINE, OUTLINE, OUTLINE_CELL)
+    X, Y = np.meshgrid(x, x)
+    points = np.stack([X.ravel(), Y.ravel(), np.full(X.size, height)], axis=1)
+    depth = body.distance(points).reshape(X.shape)
+    if depth.min() < 0:
+        ax.contourf(X, Y, depth, levels=[-9, 0], colors=[BASELINE], alpha=0.6, zorder=2.5)
+        ax.contour(X, Y, depth, levels=[0], colors=[INK], linewidths=0.8, zorder=3)
+    ax.fill([], [], facecolor=BASELINE, alpha=0.6, edgecolor=INK, lw=0.8, label="body, cut out")
 
 
 @themed

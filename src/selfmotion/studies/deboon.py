@@ -21,6 +21,7 @@ from selfmotion.methods.constrained_path import Arc, device_circle
 from selfmotion.methods.reaching.feasible_arcs import feasible_arcs
 from selfmotion.methods.reaching.ik_tasks import HandRows
 from selfmotion.methods.workspace import Workspace, WorkspaceOptions, workspace
+from selfmotion.studies.deboon_body import BodyPlaces, body_places
 
 # Section 4.2: the splint's range of the elbow (64.2 to 114 degrees, in rad) and the lengths (m).
 SPLINT = {"elbow_flexion": (np.deg2rad(64.2), np.deg2rad(114.0))}
@@ -91,11 +92,12 @@ class DeviceResult:
 
 @dataclass(frozen=True, eq=False)
 class DeBoonStudy:
-    """All of it: workspace, device scenarios, and printed numbers beside ours."""
+    """All of it: workspace, the body in it, device scenarios, printed numbers beside ours."""
 
     workspace: Workspace
     devices: tuple[DeviceResult, ...]
     numbers: pd.DataFrame
+    places: BodyPlaces
 
     def summary(self) -> str:
         """Say what was found, and what cannot be compared."""
@@ -135,7 +137,9 @@ def deboon_study(
         device_scenario(scenario, free, splinted, n_samples=n.n_samples, notch=notch)
         for scenario in (SCENARIO_2, SCENARIO_3)
     )
-    return DeBoonStudy(space, devices, printed_numbers(free, splinted))
+    draw = np.random.default_rng(0) if rng is None else rng
+    places = body_places(space, rng=draw)
+    return DeBoonStudy(space, devices, printed_numbers(free, splinted), places)
 
 
 def device_scenario(

@@ -1,14 +1,16 @@
 """Which arcs of a closed path the hand can reach, and whether it can follow them without a jump."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from selfmotion.arrays import freeze
 from selfmotion.errors import RangeError
 from selfmotion.methods.constrained_path import Arc, FollowedPath, PathCosts, follow
 from selfmotion.methods.joint_limited_ik import solve_ik
-from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits
+from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits, seed_table
 from selfmotion.methods.reaching.ik_tasks import HandRows
 
 # How far from its ends an arc is followed (rad), and samples of the second, finer attempt: a steep
@@ -49,15 +51,20 @@ def feasible_arcs(
     if n_samples < 8:
         raise RangeError(f"n_samples = {n_samples}: allowed is 8 and above")
     angles = np.arange(n_samples) * (2 * np.pi / n_samples)
-    reached = solve_ik(task, path(angles)).solved
+    seeds = seed_table(task)
+    reached = solve_ik(task, path(angles), seeds=seeds).solved
     if reached.all():
         return (_followed(task, path, (0.0, 2 * np.pi), n_samples, costs),)
     step = 2 * np.pi / n_samples
+
+    def feasible(angle: float) -> bool:
+        return bool(solve_ik(task, path(np.array([angle])), seeds=seeds).solved[0])
+
     arcs = []
     for first, count in _runs(reached):
-        low = _edge(task, path, angles[first], angles[first] - step)
+        low = _edge(feasible, angles[first], angles[first] - step)
         last = angles[first] + (count - 1) * step
-        high = _edge(task, path, last, last + step)
+        high = _edge(feasible, last, last + step)
         arcs.append(_followed(task, path, (low, high), max(count, 2), costs))
     return tuple(arcs)
 
@@ -74,11 +81,11 @@ def _runs(reached: Bool[np.ndarray, " samples"]) -> list[tuple[int, int]]:
     return runs
 
 
-def _edge(task: HandRows, path: Path, inside: float, outside: float) -> float:
+def _edge(feasible: Callable[[float], bool], inside: float, outside: float) -> float:
     """Halve towards the last parameter that is feasible."""
     for _ in range(HALVINGS):
         middle = 0.5 * (inside + outside)
-        if solve_ik(task, path(np.array([middle]))).solved[0]:
+        if feasible(middle):
             inside = middle
         else:
             outside = middle
@@ -92,25 +99,23 @@ def _followed(
     n_samples: int,
     costs: PathCosts | None,
 ) -> Arc:
-    """Follow an arc from its middle to both ends, from several postures; keep the best."""
+    """Follow an arc from its middle to both ends, then from either end; keep the best.
+
+    Near its ends few postures are left, so a way that starts there is on the only branch.
+    """
     whole_turn = ends[1] - ends[0] >= 2 * np.pi
     # At its very ends an arm is singular, and joints move infinitely fast.
     inside = 0.0 if whole_turn else min(END, 0.25 * (ends[1] - ends[0]))
     parameters = np.linspace(ends[0] + inside, ends[1] - inside, n_samples)
     targets = path(parameters)
-    middle = 0 if whole_turn else n_samples // 2
     best: FollowedPath | None = None
-    for start in _starts(task, targets[middle]):
-        found = follow(task, targets[middle:], time=parameters[middle:], start=start, costs=costs)
-        if middle:
-            back = follow(
-                task, targets[middle::-1], time=-parameters[middle::-1], start=start, costs=costs
-            )
-            found = _joined(back, found)
-        if found.status.ok:
-            return Arc(*ends, found)
-        if best is None or found.met.sum() > best.met.sum():
-            best = found
+    for at in (0,) if whole_turn else (n_samples // 2, 0, n_samples - 1):
+        for start in _starts(task, targets[at]):
+            found = _both_ways(task, targets, parameters, (at, start), costs)
+            if found.status.ok:
+                return Arc(*ends, found)
+            if best is None or found.met.sum() > best.met.sum():
+                best = found
     if best is not None and n_samples < FINEST:
         return _followed(task, path, ends, FINER * n_samples, costs)
     if best is None:  # no posture met the middle once more: say where the nearest one is
@@ -118,15 +123,48 @@ def _followed(
     return Arc(*ends, best)
 
 
+def _both_ways(
+    task: HandRows,
+    targets: np.ndarray,
+    time: np.ndarray,
+    begin: tuple[int, np.ndarray],
+    costs: PathCosts | None,
+) -> FollowedPath:
+    """Follow a path from one of its samples, and a posture there, to both ends."""
+    at, start = begin
+    last = len(targets) - 1
+    back = ahead = None
+    if at < last:
+        ahead = follow(task, targets[at:], time=time[at:], start=start, costs=costs)
+    if at > 0:
+        back = follow(task, targets[at::-1], time=-time[at::-1], start=start, costs=costs)
+    if back is None or ahead is None:
+        one = ahead if back is None else _turned(back)
+        return follow(task, targets, time=time, start=start, costs=costs) if one is None else one
+    return _joined(back, ahead)
+
+
+def _turned(back: FollowedPath) -> FollowedPath:
+    """Turn round a way that was followed backwards."""
+    return replace(
+        back,
+        time=freeze(-back.time[::-1]),
+        q=freeze(back.q[::-1]),
+        error=freeze(back.error[::-1]),
+        met=freeze(back.met[::-1]),
+    )
+
+
 def _joined(back: FollowedPath, ahead: FollowedPath) -> FollowedPath:
-    """Join the way back, turned round, and the way ahead; both begin at the middle."""
+    """Join the way back, turned round, and the way ahead; both begin at one sample."""
     failed = [part.status for part in (back, ahead) if not part.status.ok]
+    turned = _turned(back)
     return FollowedPath(
         ahead.task,
-        np.concatenate([-back.time[:0:-1], ahead.time]),
-        np.concatenate([back.q[:0:-1], ahead.q]),
-        np.concatenate([back.error[:0:-1], ahead.error]),
-        np.concatenate([back.met[:0:-1], ahead.met]),
+        np.concatenate([turned.time[:-1], ahead.time]),
+        np.concatenate([turned.q[:-1], ahead.q]),
+        np.concatenate([turned.error[:-1], ahead.error]),
+        np.concatenate([turned.met[:-1], ahead.met]),
         max(back.largest_step, ahead.largest_step),
         failed[0] if failed else ahead.status,
     )
