@@ -26,6 +26,19 @@ def test_activations_give_the_torque_and_their_squares_the_effort(capsys: Captur
         assert posture["status"] == "held"
 
 
+def test_a_report_draws_the_arm_and_the_hardest_muscles(tmp_path: Path, capsys: Capture) -> None:
+    page = tmp_path / "report.html"
+    found = answered(capsys, "effort", POSTURES, "--report", page)["postures"]
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<svg") == 2 * len(found)
+    for posture in found:
+        assert f"Posture {posture['id']}" in text
+        hardest = max(posture["activations"], key=posture["activations"].get)
+        assert f"{hardest} {posture['activations'][hardest]:.2f}" in text
+    for words in ("Effort (sum of", "activation (no unit)", "coloured by activation"):
+        assert words in text
+
+
 def test_degrees_are_read_where_the_names_say_so(tmp_path: Path, capsys: Capture) -> None:
     q = np.degrees(np.loadtxt(POSTURES, delimiter=",", skiprows=1)[0, 1:])
     header = ",".join(f"{name}_deg" for name in NAMES.split(",")[1:])

@@ -93,7 +93,10 @@ def test_results_are_written_and_an_interrupted_run_goes_on(
     file = written(tmp_path / "p.csv", HEADER + GOOD + "\n")
     page = tmp_path / "report.html"
     first = answered(capsys, "posture", file, "--out", tmp_path / "out", "--report", page)
-    assert "Pose 3" in page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
+    assert "Pose 3" in text and text.count("<svg") == 3
+    for words in ("muscle effort Σa²", "coordinate (deg)", "activation (no unit)", "in degrees"):
+        assert words in text
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "posture.json", "posture.csv", "posture.journal.jsonl"
     }  # fmt: skip

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from selfmotion.cli.batches import BatchChoices, fingerprint, hash_if_file, run_items
-from selfmotion.cli.options import Jobs, Json, Out, Quiet, Resume, Scheduler
+from selfmotion.cli.options import Jobs, Json, Out, Quiet, Report, Resume, Scheduler
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers, save
 from selfmotion.cli.person_size import (
     Lengths,
@@ -24,6 +24,8 @@ from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from selfmotion.batch import Item, Outcome
     from selfmotion.muscles.geometry import MusculoskeletalArm
     from selfmotion.muscles.static_optimization import EffortOptions
@@ -99,6 +101,7 @@ def effort(
     strength: Strength = "area",
     json: Json = False,
     out: Out = None,
+    report: Report = None,
     jobs: Jobs = 1,
     scheduler: Scheduler = None,
     resume: Resume = False,
@@ -122,6 +125,8 @@ def effort(
         postures=records(rows, outcomes, names, loaded.muscles.names),
     )
     written = [] if out is None else [save(document, out, "effort"), save_table(document, out)]
+    if report is not None:
+        written.append(save_report(document, report, loaded, rows.array(list(names))))
     text = "\n".join([as_text(document), *(f"wrote {path}" for path in written)])
     return finish(document, text, json=json, failed=sum(p.failed for p in document.postures))
 
@@ -240,6 +245,34 @@ def save_table(document: EffortDocument, folder: Path) -> Path:
     return write_whole(folder / "effort.csv", table.to_csv(index=False))
 
 
+def save_report(
+    document: EffortDocument, path: Path, model: "MusculoskeletalArm", q: "np.ndarray"
+) -> Path:
+    """Write the report; q are the postures of the file, a row each (rad)."""
+    import numpy as np
+    import pandas as pd
+
+    from selfmotion.report.effort_page import HeldPosture, write_effort_report
+
+    held = [
+        HeldPosture(str(p.id), q[i], p.effort, np.array(list(p.activations.values())), p.status)
+        for i, p in enumerate(document.postures)
+        if p.effort is not None
+    ]
+    table = pd.DataFrame(
+        {"id": p.id, "effort": p.effort, "hardest": hardest_of(p), "status": p.status}
+        for p in document.postures
+    )
+    return write_effort_report(path, model, held, table, document.provenance)
+
+
+def hardest_of(posture: PostureEffort, most: int = 4) -> str:
+    """Name the muscles that work hardest, with their activations."""
+    known = {name: a for name, a in posture.activations.items() if a is not None}
+    names = sorted(known, key=lambda name: -known[name])[:most]
+    return ", ".join(f"{name} {known[name]:.2f}" for name in names)
+
+
 def as_text(document: EffortDocument) -> str:
     """Write effort, and the muscles that work hardest, as a person reads them."""
     lines = [f"model {document.model}, convention {document.convention}"]
@@ -247,8 +280,5 @@ def as_text(document: EffortDocument) -> str:
         if p.effort is None:
             lines.append(f"posture {p.id}: {p.status}")
             continue
-        known = {name: a for name, a in p.activations.items() if a is not None}
-        hardest = sorted(known, key=lambda name: -known[name])[:4]
-        shares = ", ".join(f"{name} {known[name]:.2f}" for name in hardest)
-        lines.append(f"posture {p.id}: effort {p.effort:.4g} ({p.status}); {shares}")
+        lines.append(f"posture {p.id}: effort {p.effort:.4g} ({p.status}); {hardest_of(p)}")
     return "\n".join(lines)

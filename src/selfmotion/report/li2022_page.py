@@ -15,6 +15,7 @@ from selfmotion.report.li2022_figures import (
     swivel_figure,
 )
 from selfmotion.report.posture_figures import coordinates_figure, effort_figure, muscles_figure
+from selfmotion.report.posture_page import sentence_of
 from selfmotion.studies.li2022 import NUMBERS, Reproduction
 
 PRINTED = {number.key: number.values for number in NUMBERS}
@@ -121,7 +122,7 @@ def example_section(model: MusculoskeletalArm, made: Reproduction) -> Section:
     several = int((made.postures["minima"].to_numpy(dtype=int) > 1).sum())
     return Section(
         "The example pose",
-        words=(f"{found.status.sentence}.",),
+        words=(sentence_of(found.status),),
         pictures=(
             Picture(
                 effort_figure(made.curves, found),

@@ -7,6 +7,7 @@ import pandas as pd
 from jaxtyping import Float
 from numpy import ndarray
 
+from selfmotion.errors import Status
 from selfmotion.methods.effort.curve import DRAWN_GAP
 from selfmotion.methods.natural_posture import PostureFinder
 from selfmotion.provenance import Provenance
@@ -43,7 +44,9 @@ def write_posture_report(
         Section(
             "Postures",
             words=words,
-            tables=(Table(table, "Swivel angle and coordinates in degrees."),),
+            tables=(
+                Table(table, "Swivel angle and coordinates in degrees; effort Σa² has no unit."),
+            ),
         )
     ]
     sections += [pose_section(finder, name, T) for name, T in poses[:MOST_DRAWN]]
@@ -58,6 +61,11 @@ def write_posture_report(
     return write_report(path, "Natural postures", sections, summary=summary, footer=footer)
 
 
+def sentence_of(status: Status) -> str:
+    """Write a status as a sentence."""
+    return f"{status.sentence[:1].upper()}{status.sentence[1:]}."
+
+
 def pose_section(finder: PostureFinder, name: str, T_hand: Float[ndarray, "4 4"]) -> Section:
     """Draw one pose: effort and coordinates over swivel angle, and the arm."""
     found = finder.find(T_hand)
@@ -65,7 +73,7 @@ def pose_section(finder: PostureFinder, name: str, T_hand: Float[ndarray, "4 4"]
     curves = finder.curves(manifold, gap=DRAWN_GAP)
     return Section(
         f"Pose {name}",
-        words=(f"{found.status.sentence}.",),
+        words=(sentence_of(found.status),),
         pictures=(
             Picture(
                 effort_figure(curves, found),
