@@ -105,7 +105,7 @@ def plan(
     spring = springs(task, law, settings, q0, free)
     drive = drive_of(task, settings, q0, goals, spring)
     motion = _integrate(task, law, settings, drive, free)
-    return _judged(task, settings, motion, q0, free)
+    return _judged(task, motion, q0, free)
 
 
 def plan_sequence(
@@ -204,9 +204,7 @@ def _integrate(
     )
 
 
-def _judged(
-    task: Task, settings: PlanSettings, motion: PlannedMotion, q0: np.ndarray, free: np.ndarray
-) -> PlannedMotion:
+def _judged(task: Task, motion: PlannedMotion, q0: np.ndarray, free: np.ndarray) -> PlannedMotion:
     """Say of each movement that stayed far from its target whether that can be reached."""
     way = np.linalg.norm(_error(task, q0, motion.targets), axis=1)
     far = (motion.end_error > SHORT * way) & (way > 0.0)

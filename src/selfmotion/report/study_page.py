@@ -37,7 +37,7 @@ def write_study_report(path: str | Path, run: StudyRun) -> Path:
         weights_section(run, pictures),
         tests_section(run),
         shares_section(run, pictures),
-        angles_section(run, pictures),
+        angles_section(pictures),
         *swivel_sections(run, pictures),
         files_section(run),
     ]
@@ -180,7 +180,7 @@ def tests_section(run: StudyRun) -> Section:
     )
 
 
-def angles_section(run: StudyRun, pictures: Mapping[str, Picture]) -> Section:
+def angles_section(pictures: Mapping[str, Picture]) -> Section:
     """Show joint angles over the movement."""
     return Section(
         "Joint angles",

@@ -52,7 +52,7 @@ def write_weights_report(
     ]
     footer = Footer((pooled.provenance,), ("Khoramshahi2022",))
     title = "Joint preferences from recorded motion"
-    return write_report(path, title, sections, summary=summary(study, pooled), footer=footer)
+    return write_report(path, title, sections, summary=summary(pooled), footer=footer)
 
 
 def estimates_of_people(study: Study, identify: Identify) -> dict[tuple[str, str], WeightEstimate]:
@@ -67,7 +67,7 @@ def estimates_of_people(study: Study, identify: Identify) -> dict[tuple[str, str
     }
 
 
-def summary(study: Study, pooled: WeightEstimate) -> str:
+def summary(pooled: WeightEstimate) -> str:
     """Say in two sentences what the reader should take home."""
     if not pooled.groups:
         return f"No ratio of weights could be identified: {pooled.status.sentence}."

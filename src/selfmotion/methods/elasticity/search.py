@@ -190,9 +190,8 @@ def _search(problem: Problem, K: np.ndarray, rest: np.ndarray, stop: _Stop) -> F
             step = np.linalg.solve(scaled, Atb)
             tried = _moved(problem, fit, L, step)
             if tried is not None:
-                _, left = system(problem, tried)
                 # Judged with the weights of the point left, so that they do not hide a rise.
-                after = _weighted(problem, fit, tried, left)
+                after = _weighted(problem, fit, tried)
                 if after <= before * (1.0 + 1e-12) or after < 1e-30:
                     break
             damping *= 10.0
@@ -229,7 +228,7 @@ def _moved(problem: Problem, fit: Fit, L: np.ndarray, step: np.ndarray) -> Fit |
     return None if tried.folded > allowed else tried
 
 
-def _weighted(problem: Problem, old: Fit, new: Fit, left: np.ndarray) -> float:
+def _weighted(problem: Problem, old: Fit, new: Fit) -> float:
     """Sum the squares of new distances with the old weights, plus the prior's."""
     white = np.einsum("krs,ks->kr", old.white, new.found.delta)
     total = float((old.weights[:, None] * white**2).sum())

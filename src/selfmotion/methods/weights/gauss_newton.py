@@ -141,7 +141,7 @@ def gauss_newton(
             break
         if iteration == max_iterations:
             break
-        new = _search(problem, point, step, promised)
+        new = _search(problem, point, step)
         if new is None:
             status = Status(True, f"converged in {iteration} iterations (to rounding)")
             break
@@ -185,7 +185,7 @@ def _step(problem: Problem, point: _Point) -> tuple[np.ndarray, float]:
     return (step * STEP_CAP / largest if largest > STEP_CAP else step), promised
 
 
-def _search(problem: Problem, point: _Point, step: np.ndarray, promised: float) -> _Point | None:
+def _search(problem: Problem, point: _Point, step: np.ndarray) -> _Point | None:
     for halving in range(HALVINGS):
         theta = point.theta + 0.5**halving * step
         theta = np.maximum(normalise(theta, problem.groups), -LOG_RANGE)

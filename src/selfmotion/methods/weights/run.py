@@ -211,7 +211,7 @@ def _report(
         structural_groups=_names(joints, problem.groups),
         unidentifiable={joints[i]: reason for i, reason in verdict.reasons.items()},
         stderr_log=stderr,
-        stderr_kind=_stderr_kind(problem, evidence, plan, converged=fit.status.ok),
+        stderr_kind=_stderr_kind(problem, evidence, converged=fit.status.ok),
         log_covariance=covariance,
         method=plan.method,
         iterations=len(fit.history) - 1,
@@ -263,7 +263,7 @@ def _over_all_joints(problem: Problem, fit: Fit, inside: np.ndarray, plan: _Plan
     return contributions(np.where(matters, weights, 1.0))
 
 
-def _stderr_kind(problem: Problem, evidence: Evidence, plan: _Plan, *, converged: bool) -> str:
+def _stderr_kind(problem: Problem, evidence: Evidence, *, converged: bool) -> str:
     samples, G = problem.samples, evidence.n_clusters
     if G < evidence.clusters_needed:
         return f"none: {G} clusters, at least {evidence.clusters_needed} are needed"
