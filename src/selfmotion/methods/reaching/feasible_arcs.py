@@ -10,14 +10,14 @@ from selfmotion.arrays import freeze
 from selfmotion.errors import RangeError
 from selfmotion.methods.constrained_path import Arc, FollowedPath, PathCosts, follow
 from selfmotion.methods.joint_limited_ik import solve_ik
-from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits, seed_table
+from selfmotion.methods.reaching.ik_seeds import SeedTable, evenly, finite_limits, seed_table
 from selfmotion.methods.reaching.ik_tasks import HandRows
 
 # How far from its ends an arc is followed (rad), and samples of the second, finer attempt: a steep
 # but continuous motion takes smaller steps there, a jump does not.
 END, FINER, FINEST = 0.005, 6, 300
 # Halvings that find the end of an arc, and postures from which an arc is tried.
-HALVINGS, STARTS = 16, 6
+HALVINGS, STARTS = 12, 6
 
 # Targets of the task's rows at parameters (rad): (K,) to (K, m).
 Path = Callable[[np.ndarray], np.ndarray]
@@ -33,7 +33,7 @@ def feasible_arcs(
     """Find the arcs of a closed path on which the task can be met inside the limits.
 
     Every sample is decided by inverse kinematics with restarts; the ends of arcs are halved down
-    to 1e-5 of a sample. Each arc is then followed, from several postures, until one gets to its
+    to 3e-4 of a sample. Each arc is then followed, from several postures, until one gets to its
     end without a jump.
 
     Args:
@@ -52,9 +52,10 @@ def feasible_arcs(
         raise RangeError(f"n_samples = {n_samples}: allowed is 8 and above")
     angles = np.arange(n_samples) * (2 * np.pi / n_samples)
     seeds = seed_table(task)
+    search = task, seeds
     reached = solve_ik(task, path(angles), seeds=seeds).solved
     if reached.all():
-        return (_followed(task, path, (0.0, 2 * np.pi), n_samples, costs),)
+        return (_followed(search, path, (0.0, 2 * np.pi), n_samples, costs),)
     step = 2 * np.pi / n_samples
 
     def feasible(angle: float) -> bool:
@@ -65,7 +66,7 @@ def feasible_arcs(
         low = _edge(feasible, angles[first], angles[first] - step)
         last = angles[first] + (count - 1) * step
         high = _edge(feasible, last, last + step)
-        arcs.append(_followed(task, path, (low, high), max(count, 2), costs))
+        arcs.append(_followed(search, path, (low, high), max(count, 2), costs))
     return tuple(arcs)
 
 
@@ -93,7 +94,7 @@ def _edge(feasible: Callable[[float], bool], inside: float, outside: float) -> f
 
 
 def _followed(
-    task: HandRows,
+    search: tuple[HandRows, SeedTable],
     path: Path,
     ends: tuple[float, float],
     n_samples: int,
@@ -103,6 +104,7 @@ def _followed(
 
     Near its ends few postures are left, so a way that starts there is on the only branch.
     """
+    task, seeds = search
     whole_turn = ends[1] - ends[0] >= 2 * np.pi
     # At its very ends an arm is singular, and joints move infinitely fast.
     inside = 0.0 if whole_turn else min(END, 0.25 * (ends[1] - ends[0]))
@@ -110,14 +112,14 @@ def _followed(
     targets = path(parameters)
     best: FollowedPath | None = None
     for at in (0,) if whole_turn else (n_samples // 2, 0, n_samples - 1):
-        for start in _starts(task, targets[at]):
+        for start in _starts(task, targets[at], seeds):
             found = _both_ways(task, targets, parameters, (at, start), costs)
             if found.status.ok:
                 return Arc(*ends, found)
             if best is None or found.met.sum() > best.met.sum():
                 best = found
     if best is not None and n_samples < FINEST:
-        return _followed(task, path, ends, FINER * n_samples, costs)
+        return _followed(search, path, ends, FINER * n_samples, costs)
     if best is None:  # no posture met the middle once more: say where the nearest one is
         best = follow(task, targets, time=parameters, costs=costs)
     return Arc(*ends, best)
@@ -170,8 +172,10 @@ def _joined(back: FollowedPath, ahead: FollowedPath) -> FollowedPath:
     )
 
 
-def _starts(task: HandRows, target: np.ndarray) -> Float[np.ndarray, "starts coords"]:
+def _starts(
+    task: HandRows, target: np.ndarray, seeds: SeedTable
+) -> Float[np.ndarray, "starts coords"]:
     """Give different postures that meet the first target."""
     first = np.concatenate([[task.arm.middle()], evenly(STARTS - 1, *finite_limits(task.arm))])
-    found = solve_ik(task, np.repeat(target[None], STARTS, axis=0), start=first)
+    found = solve_ik(task, np.repeat(target[None], STARTS, axis=0), start=first, seeds=seeds)
     return found.q[found.solved]
