@@ -73,7 +73,7 @@ def hulls_figure(space: Workspace, body: BodyShapes | None = None) -> Figure:
         space: of `workspace`; the arm's ground has x to the right, y forward and z up.
         body: drawn inside the hulls.
     """
-    figure = Figure(figsize=(7.2, 3.6), layout="constrained")
+    figure = Figure(figsize=(7.2, 4.1), layout="constrained")
     views = (("from the right, in front", 12.0, 35.0), ("from the left, behind", 12.0, 215.0))
     kinds = [("free", LOST, 0.12, "all ranges"), ("limited", KEPT, 0.25, "limited")]
     for place, (title, height, turn) in enumerate(views, start=1):
@@ -131,7 +131,7 @@ def _square(ax: Axes3D, corners: np.ndarray) -> None:
 @themed
 def island_figure(island: Island, body: BodyShapes) -> Figure:
     """Draw the slice of [DeBoon] fig. 7: what is reached over the shoulder only, and its box."""
-    figure, axes = new_figure(1, 2, size=(7.2, 3.9), share_x=True, share_y=True)
+    figure, axes = new_figure(1, 2, size=(7.2, 4.7), share_x=True, share_y=True)
     points = island.part.regions["free"].points
     for ax, name, title in zip(
         axes[0], ("free", "limited"), ("elbow free", "splinted"), strict=True

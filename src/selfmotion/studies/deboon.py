@@ -27,7 +27,7 @@ from selfmotion.studies.deboon_body import BodyPlaces, body_places
 SPLINT = {"elbow_flexion": (np.deg2rad(64.2), np.deg2rad(114.0))}
 LENGTHS = (("clavicle", 0.188), ("humerus", 0.286), ("forearm", 0.259), ("wrist to palm", 0.074))
 RADII = (0.270, 0.330, 0.375)  # m, sections 4.4 and 4.5
-HEIGHTS = tuple(0.1 * step for step in range(-6, 7))  # m, 13 slices
+HEIGHTS = tuple(step / 10 for step in range(-6, 7))  # m, 13 slices
 # Table 3, degrees; the last three upper limits are not in the text at hand.
 TABLE_3 = (
     (-14.1, 13.4),
