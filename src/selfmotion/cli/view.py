@@ -7,7 +7,7 @@ import typer
 
 from selfmotion.cli.options import Json
 from selfmotion.cli.output import Contract, Document, Number, finish
-from selfmotion.errors import RangeError
+from selfmotion.errors import FileFormatError, RangeError
 from selfmotion.provenance import Provenance, hash_file
 
 if TYPE_CHECKING:
@@ -59,12 +59,15 @@ def view(
     json: Json = False,
 ) -> int:
     """Open the studio: drag the hand, set joint ranges, play a recording."""
+    for path in files or []:
+        if not path.is_file():
+            raise FileFormatError(f"{path}: no such file")
+    if not 1 <= port <= 65535:
+        raise RangeError(f"--port {port}: allowed is 1 to 65535")
     from selfmotion.arms.with_muscles import load_musculoskeletal_arm
     from selfmotion.viewer.state import load_state, save_state
     from selfmotion.viewer.studio import Address, Studio
 
-    if not 1 <= port <= 65535:
-        raise RangeError(f"--port {port}: allowed is 1 to 65535")
     named = files or []
     states = [load_state(path) for path in named if path.suffix.lower() == ".json"]
     chosen = states[0].model if states and model == "myoarm" else model
