@@ -79,7 +79,7 @@ def dask_cluster(address: str) -> Iterator[Pool]:
         from distributed import Client, KilledWorker
     except ImportError:
         raise MissingExtraError(
-            "scheduler: dask.distributed is not installed; pip install 'selfmotion[scale]'"
+            'scheduler: dask.distributed is not installed; pip install "selfmotion[scale]"'
         ) from None
     try:
         client = Client(address, timeout="10s", set_as_default=False)

@@ -66,8 +66,9 @@ def view(
         raise RangeError(f"--port {port}: allowed is 1 to 65535")
     from selfmotion.arms.with_muscles import load_musculoskeletal_arm
     from selfmotion.viewer.state import load_state, save_state
-    from selfmotion.viewer.studio import Address, Studio
+    from selfmotion.viewer.studio import Address, Studio, require_viewer
 
+    require_viewer()
     named = files or []
     states = [load_state(path) for path in named if path.suffix.lower() == ".json"]
     chosen = states[0].model if states and model == "myoarm" else model

@@ -35,6 +35,20 @@ FIELD_OF_VIEW = 0.7
 PIECES = 1500
 
 
+def require_viewer() -> None:
+    """See that viser is there: to be asked before an arm is loaded for seconds.
+
+    Raises:
+        MissingExtraError: it is not installed.
+    """
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise MissingExtraError(
+            'the studio needs the extra viewer: pip install "selfmotion[viewer]"'
+        ) from None
+
+
 @dataclass(frozen=True)
 class Address:
     """Where the studio listens.
@@ -65,12 +79,9 @@ class Studio:
         Raises:
             MissingExtraError: viser is not installed.
         """
-        try:
-            import viser
-        except ImportError:
-            raise MissingExtraError(
-                "the studio needs the extra viewer: pip install 'selfmotion[viewer]'"
-            ) from None
+        require_viewer()
+        import viser
+
         where = address or Address()
         with _quietly():
             self.server = viser.ViserServer(where.host, where.port, label="selfmotion")
