@@ -94,7 +94,7 @@ def test_recorded_positions_are_held_against_it(tmp_path: Path, capsys: Capture)
     [
         ("name = 'a'\n[ranges\n", "line 2"),
         ("nam = 'a'\n", "unknown field 'nam'; did you mean 'name'?"),
-        (SUBJECT.replace("= 180", "= -180"), "lengths_mm.clavicle = -180: allowed is above 0"),
+        (SUBJECT.replace("= 180", "= -180"), "lengths_mm.clavicle = -180: allowed is 1 to 2000"),
         (SUBJECT.replace("palm = 80\n", ""), "lengths_mm: a table with clavicle"),
         (SUBJECT.replace("[0, 140]", "[140, 0]"), "ranges.elbow_flexion = [140, 0]: allowed is"),
         (SUBJECT.replace("[0, 140]", "[0, 400]"), "ranges.elbow_flexion = [0, 400]: allowed is"),
@@ -242,3 +242,32 @@ def test_recordings_are_compared_one_by_one(tmp_path: Path, capsys: Capture) -> 
 )
 def test_bad_extras_are_one_line(capsys: Capture, options: tuple[str, ...], reason: str) -> None:
     assert reason in refused(capsys, "workspace", *QUICK, "--slice", "0", *options)
+
+
+def test_what_is_asked_in_vain_is_refused(tmp_path: Path, capsys: Capture) -> None:
+    words = ("workspace", *QUICK, "--out", tmp_path / "out")
+    assert "name them with --map" in refused(capsys, *words, "--scheduler", "tcp://no:1")
+    assert "name the other person" in refused(capsys, *words, "--envelope", "unbroken")
+    assert "a folder stands" in refused(capsys, *words, "--report", tmp_path)
+    assert not (tmp_path / "out").exists()
+
+
+def test_positions_in_millimetres_need_their_names(tmp_path: Path, capsys: Capture) -> None:
+    metres = written(tmp_path / "a.csv", "x,y,z\n100,400,-100\n150,400,0\n")
+    named = written(tmp_path / "b.csv", "x_mm,y_mm,z_mm\n100,400,-100\n150,400,0\n")
+    other = written(tmp_path / "o.toml", "[impairments]\nelbow_flexion = [60, 100]\n")
+    words = ("workspace", *QUICK, "--slice", "0")
+    for more in (("--recording", metres), ("--map-to", other, "--map-points", metres)):
+        assert "a hand position of 400 m; allowed" in refused(capsys, *words, *more)
+    found = answered(capsys, *words, "--recording", named)["recording"]
+    assert found["inside_percent"]["free"] == 100.0
+
+
+def test_rows_with_gaps_keep_their_place_when_mapped(tmp_path: Path, capsys: Capture) -> None:
+    points = written(tmp_path / "p.csv", "x,y,z\n0.1,0.4,-0.1\n0.2,,0\n0.2,0.4,0\n")
+    other = written(tmp_path / "o.toml", "[impairments]\nelbow_flexion = [60, 100]\n")
+    words = ("workspace", *QUICK, "--slice", "0", "--map-to", other, "--map-points", points)
+    found = answered(capsys, *words, code=1)["mapping"]
+    assert [row["share"] is None for row in found["points"]] == [False, True, False]
+    assert found["points"][1]["image"] == [None] * 3
+    assert "Rows with gaps: 1" in found["status"]

@@ -123,6 +123,8 @@ def workspace(
         BatchChoices("workspace", out, jobs, scheduler, resume, quiet),
         seed,
     )
+    if report is not None and report.is_dir():
+        raise RangeError(f"--report {report}: a folder stands where the file should go")
     typed = Typed(arm, side, tuple(limit or ()), tuple(ranges or ()), body)
     person = person_arms(Subject() if subject is None else read_subject(subject), subject, typed)
     if compare and person.limited is None:
@@ -140,6 +142,7 @@ def workspace(
         options=options,
         rng=np.random.default_rng(seed),
     )
+    space = replace(space, provenance=provenance_of(space, (seed, person.posture), subject))
     name = "free" if alone is None else "limited"
     found = None
     if details or report is not None:
@@ -149,7 +152,6 @@ def workspace(
         found = workspace_details(space, *chosen, rng=np.random.default_rng(seed))
     told = None if found is None else details_of(found, name)
     document = document_of(space, name, person, told)
-    document = replace_provenance(document, space, (seed, person.posture), subject)
     extras = extras_of(space, name, person, extra)
     document = with_extras(document, extras)
     written = [] if out is None else save_all(document, space, person, out)
@@ -172,7 +174,7 @@ def workspace(
             write_workspace_report(report, space, shown, found, more=extras.sections(space))
         )
     lines = [as_text(document), *extras.text(), *(f"wrote {path}" for path in written)]
-    return finish(document, "\n".join(lines), json=json, failed=extras.failed)
+    return finish(document, "\n".join(lines), json=json, failed=extras.items_failed)
 
 
 def with_extras(document: WorkspaceDocument, extras: Extras) -> WorkspaceDocument:
@@ -182,26 +184,18 @@ def with_extras(document: WorkspaceDocument, extras: Extras) -> WorkspaceDocumen
     return msgspec.structs.replace(document, **extras.parts())
 
 
-def replace_provenance(
-    document: WorkspaceDocument,
-    space: "Workspace",
-    chosen: tuple[int, str],
-    subject: Path | None,
-) -> WorkspaceDocument:
-    """Add seed, body and subject to where the result comes from."""
-    import msgspec
-
+def provenance_of(space: "Workspace", chosen: tuple[int, str], subject: Path | None) -> Provenance:
+    """Add seed, body and subject to where a workspace comes from."""
     from selfmotion.provenance import hash_file
 
     files = {} if subject is None else {"subject": hash_file(subject)}
     seed, body = chosen
-    provenance: Provenance = replace(
+    return replace(
         space.provenance,
         seed=seed,
         inputs={**space.provenance.inputs, **files},
         choices={**space.provenance.choices, **body_choice(body)},
     )
-    return msgspec.structs.replace(document, provenance=provenance)
 
 
 def save_all(

@@ -66,6 +66,10 @@ class ExtraChoices:
             raise RangeError(f"--map-step {self.maps[1]:g}: name the maps with --map")
         if self.maps[0] is None and self.batch.resume:
             raise RangeError("--resume: only maps take so long; name them with --map")
+        if self.maps[0] is None and self.batch.scheduler is not None:
+            raise RangeError("--scheduler: only maps are shared out; name them with --map")
+        if self.map_to == (None, None) and self.envelope != "outermost":
+            raise RangeError(f"--envelope {self.envelope}: name the other person with --map-to")
         # Before the workspace is computed, which takes a while.
         for path in (self.recording, *(self.map_to if None not in self.map_to else ())):
             if path is not None and not path.exists():
@@ -95,6 +99,11 @@ class Extras:
     clouds: "MappingOf[str, tuple[CloudReach, ...]]" = field(default_factory=dict)
     mapped: Mapped | None = None
     envelope: Envelope = "outermost"
+
+    @property
+    def items_failed(self) -> int:
+        """Number of grid points and of rows to be mapped that have no result."""
+        return self.failed + (0 if self.mapped is None else self.mapped.gaps)
 
     def parts(self) -> dict[str, Any]:
         """Give the parts of the document by key."""

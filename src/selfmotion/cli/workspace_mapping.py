@@ -42,6 +42,7 @@ class MappedPoint(Part, frozen=True, kw_only=True):
     """A hand position and its image (m).
 
     `share` of the way from the centre to the envelope is the same for both; above 1 is outside.
+    All but the point is null in a row with a gap.
     `short_mm` is how far the other person stays short of the image; 0: it is reached.
     """
 
@@ -68,7 +69,7 @@ class Mapping(Part, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, eq=False)
 class Mapped:
-    """Points, images, shares and how far images are out of reach (m)."""
+    """Points, images, shares and how far images are out of reach (m); NaN in rows with gaps."""
 
     mapping: "WorkspaceMapping"
     to: str
@@ -76,6 +77,13 @@ class Mapped:
     images: "np.ndarray"
     share: "np.ndarray"
     short: "np.ndarray"
+
+    @property
+    def gaps(self) -> int:
+        """Number of rows without an image, since a coordinate is missing."""
+        import numpy as np
+
+        return int(np.isnan(self.share).sum())
 
     def to_frame(self) -> "pd.DataFrame":
         """Give the table of mapped.csv (m, mm)."""
@@ -104,9 +112,12 @@ def mapped_points(
     Raises:
         SelfmotionError: one of the two files is missing or wrong.
     """
+    import numpy as np
+
     from selfmotion.cli.subject import read_subject
     from selfmotion.cli.subject_arms import Typed, person_arms
     from selfmotion.cli.tables import read_rows
+    from selfmotion.cli.workspace_recording import require_metres
     from selfmotion.methods.reach_clouds import out_of_reach
     from selfmotion.methods.workspace_mapping import workspace_mapping
 
@@ -118,19 +129,26 @@ def mapped_points(
         raise RangeError(f"--map-to {other}: name the hand positions with --map-points FILE.csv")
     person = person_arms(read_subject(other), other, Typed(default_arm))
     rows = read_rows(points, ("x", "y", "z"))
-    x = rows.array(("x", "y", "z"))[rows.good]
+    x, good = rows.array(("x", "y", "z")), rows.good
+    require_metres(str(points), x)
     target = person.limited or person.free
     mapping = workspace_mapping(arm, target, kind=envelope)
-    images = mapping.map_points(x)
-    short = out_of_reach(target, images)
-    name = person.name or other.name
-    return Mapped(mapping, name, x, images, mapping.source.gauge(x), short)
+    images, share, short = (
+        np.full(x.shape, np.nan),
+        np.full(len(x), np.nan),
+        np.full(len(x), np.nan),
+    )
+    images[good], share[good] = mapping.map_points(x[good]), mapping.source.gauge(x[good])
+    short[good] = out_of_reach(target, images[good])
+    return Mapped(mapping, person.name or other.name, x, images, share, short)
 
 
 def mapping_part(found: Mapped, envelope: str) -> Mapping:
     """Give the part of the document."""
     mapping = found.mapping
-    rows = zip(found.points, found.images, found.share, found.short, strict=True)
+    numbers_of = (numbers(found.share), numbers(1e3 * found.short))
+    rows = zip(found.points, found.images, *numbers_of, strict=True)
+    known = len(found.short) - found.gaps
     missed = int((found.short > 0).sum())
     return Mapping(
         to=found.to,
@@ -139,13 +157,11 @@ def mapping_part(found: Mapped, envelope: str) -> Mapping:
         volumes_m3=[mapping.source.volume, mapping.target.volume],
         filled=list(mapping.fill),
         points=[
-            MappedPoint(
-                point=numbers(x), image=numbers(y), share=float(share), short_mm=1e3 * float(short)
-            )
+            MappedPoint(point=numbers(x), image=numbers(y), share=share, short_mm=short)
             for x, y, share, short in rows
         ],
-        status=f"{mapping.summary()} {len(found.short) - missed} of {len(found.short)} images are "
-        "reached.",
+        status=f"{mapping.summary()} {known - missed} of {known} images are reached."
+        + (f" Rows with gaps: {found.gaps}." if found.gaps else ""),
     )
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from selfmotion.cli.output import Number, Part, numbers
-from selfmotion.errors import FileFormatError
+from selfmotion.errors import FileFormatError, RangeError
 from selfmotion.writing import write_whole
 
 if TYPE_CHECKING:
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 # Recorded positions that are held against the workspace: at most so many, evenly chosen.
 MOST_RECORDED = 5000
+# No hand is so far from the origin of its ground (m): millimetres taken for metres are.
+FARTHEST = 20.0
 
 
 class Regions(Part, frozen=True, kw_only=True):
@@ -149,8 +151,26 @@ def recorded_clouds(arm: "Arm", path: Path) -> "dict[str, np.ndarray]":
             parts[name] = x
     if not parts:
         raise FileFormatError(f"{path}: no hand position without gap")
+    for name, x in parts.items():
+        require_metres(f"{path}: {name}" if path.is_dir() else str(path), x)
     step = -(-sum(map(len, parts.values())) // MOST_RECORDED)
     return {name: x[::step] for name, x in parts.items()}
+
+
+def require_metres(where: str, x: "np.ndarray") -> None:
+    """Refuse positions (K, 3) that no hand has in metres; `where` names what holds them.
+
+    Raises:
+        RangeError: one is farther from the ground's origin than any hand.
+    """
+    import numpy as np
+
+    far = float(np.nanmax(np.abs(x), initial=0.0))
+    if far > FARTHEST:
+        raise RangeError(
+            f"{where}: a hand position of {far:.6g} m; allowed is up to {FARTHEST:g} m; columns in "
+            "millimetres are named x_mm, y_mm, z_mm"
+        )
 
 
 def plain_positions(file: Path) -> "np.ndarray | None":

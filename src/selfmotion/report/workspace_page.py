@@ -19,6 +19,7 @@ from selfmotion.report.workspace_body_figures import (
 )
 from selfmotion.report.workspace_tables import (
     PagePerson,
+    body_words,
     boundary_frame,
     cm3,
     measured_frame,
@@ -36,6 +37,7 @@ from selfmotion.report.workspace_words import (
     joined,
     joint_title,
     regained_sentences,
+    zero_words,
 )
 
 # A region that lost more than this (%) is named in the summary; so many are.
@@ -141,7 +143,13 @@ def ranges_section(space: Workspace, person: PagePerson) -> Section:
             "mean and two standard deviations of 109 men, Boone and Azen 1979; shoulder girdle: "
             "Ludewig 2009 and textbooks)."
         )
-    if not is_anatomical(space.arm):
+    if is_anatomical(space.arm):
+        words.append(
+            "Angles count from the hanging arm, with the palm turned forward: pronation of 90° is "
+            "the mid-position. Negative are extension, adduction across the body, internal "
+            "rotation, radial deviation, and a shoulder that is drawn back or lowered."
+        )
+    else:
         words.append(
             f"The model {space.arm.name} counts most angles in its own way; only joints that count "
             "as in the clinic are set beside norms. The arm upper_limb_anatomical counts all so."
@@ -197,8 +205,9 @@ def cuts_section(space: Workspace, person: PagePerson, details: WorkspaceDetails
         "The reach from the side and from the front",
         pictures=(
             Picture(
-                cuts_figure(details.cuts, body_drawn(space, person), cut_out=person.body != "none"),
-                "Cuts 2 cm thick, with the person's outline. Zero is the origin of the model.",
+                cuts_figure(details.cuts, body_drawn(space, person), cut_out=person.cut_out),
+                f"Cuts 2 cm thick, with the person's outline. {zero_words(space.arm)} White within "
+                "it: not reached, or inside the body.",
                 "Reach in a cut through the shoulder and in one before the body",
             ),
         ),
@@ -214,7 +223,7 @@ def boundary_sections(
     pictures = ()
     if details.slices:
         shown = body_drawn(space, person)
-        cut_out = person.body != "none"
+        cut_out = person.cut_out
         pictures = (
             Picture(
                 bounded_slices_figure(details.slices, shown, limits.arm, cut_out=cut_out),
@@ -258,15 +267,15 @@ def assumed_section(space: Workspace, person: PagePerson, details: WorkspaceDeta
         "other (an arm raised sideways rotates less): some places counted cannot be reached.",
         "The hand may be turned in any way, and strength, pain and speed play no part.",
     ]
-    if person.body == "none":
+    if not person.cut_out:
         points.append(
             "The person's own body was not cut out; its outline (seated) is drawn to show where it "
             "is. The option --body seated or standing cuts it out."
         )
     else:
         points.append(
-            f"The body ({person.body}) is made of simple shapes sized by the stature; the hand may "
-            "not be inside it."
+            f"The body ({body_words(person)}) is made of simple shapes; the hand may not be inside "
+            "it."
         )
     for name, share in details.enters_body.items():
         points.append(

@@ -48,17 +48,29 @@ class PagePerson:
     alone: bool = False
     stature: float | None = None
 
+    @property
+    def cut_out(self) -> bool:
+        """Whether the inside of some shapes was left out of the reach."""
+        return self.shapes is not None
+
+
+def body_words(person: PagePerson) -> str:
+    """Say what was cut out: seated or standing, or the shapes of the person's file alone."""
+    if not person.cut_out:
+        return "not cut out"
+    return person.body if person.body != "none" else "shapes of the person's file"
+
 
 def person_frame(space: Workspace, person: PagePerson) -> pd.DataFrame:
     """Give a table of who it is: side, lengths, stature and body."""
     arm = space.arm
     rows = [("arm", f"{person.side}, model {arm.name}")]
     rows += [(k.replace("_", " "), f"{1e3 * v:.0f} mm") for k, v in arm.lengths.items()]
-    bodies = {"none": "not cut out", "seated": "seated, cut out", "standing": "standing, cut out"}
+    body = body_words(person) + ("; its inside does not count" if person.cut_out else "")
     stature = f"{1e2 * stature_of(arm):.0f} cm" + (" (from the arm)" if arm.lengths else "")
     if person.stature is not None:
         stature = f"{1e2 * person.stature:.0f} cm"
-    rows += [("stature", stature), ("body", bodies[person.body])]
+    rows += [("stature", stature), ("body", body)]
     return pd.DataFrame(rows, columns=pd.Index(["person", person.name or "–"]))
 
 

@@ -50,6 +50,13 @@ def joint_title(arm: Arm, joint: str) -> str:
     return words(joint)
 
 
+def zero_words(arm: Arm) -> str:
+    """Say where the zero of cuts and slices lies."""
+    if arm.name.startswith("upper_limb"):
+        return "Zero is the joint of collarbone and breastbone, at the height of the shoulders."
+    return "Zero is the origin of the model."
+
+
 def is_anatomical(arm: Arm) -> bool:
     """Tell whether angles count as in the clinic."""
     return arm.name.startswith("upper_limb_anatomical")
