@@ -47,6 +47,9 @@ STRAYS = 0.1
 ALONE = 0.9
 # Smallest eigenvalue of the stiffness, as a share of its trace, below which it has collapsed.
 COLLAPSED = 1e-3
+# Root mean square distance of postures (rad) from a surface that they cannot be said to follow:
+# people keep to theirs within 2 to 5 degrees.
+TOO_THICK = np.radians(30.0)
 # Second spread of the task values over the first, below which they lie on one line.
 LINE = 1e-3
 # Singular values of the scaled problem below this share of the largest count as zero.
@@ -212,6 +215,10 @@ def _status(fit: Fit, joints: tuple[str, ...]) -> Status:
             False,
             f"{stray} of {n} postures do not lie on one surface with the others, or past its fold",
         )
+    thickness = float(np.sqrt((fit.found.delta[fit.weights >= STRAY] ** 2).mean()))
+    if thickness > TOO_THICK:
+        off = f"{np.degrees(thickness):.0f}°"
+        return Status(False, f"the postures lie {off} (rms) off the best surface: they follow none")
     values, vectors = np.linalg.eigh(fit.K)
     if has_collapsed(fit.K):
         return Status(False, _collapse(values, vectors, joints))
