@@ -39,6 +39,10 @@ class FittedGeometry:
     matrix: Float[np.ndarray, "3 3"]
     factor: float
 
+    def length(self, q: Float[np.ndarray, " coords"], muscle: int) -> float:
+        """Give the length of one path (m)."""
+        return self.factor * self.inner.length(q, muscle)
+
     def lengths(
         self, q: Float[np.ndarray, "samples coords"]
     ) -> Float[np.ndarray, "samples muscles"]:

@@ -17,6 +17,10 @@ CONVENTIONS = ("plain", "opensim")
 class MuscleGeometry(Protocol):
     """Paths of muscles over the free coordinates of an arm."""
 
+    def length(self, q: Float[np.ndarray, " coords"], muscle: int) -> float:
+        """Give the length of one path (m), tendon included, in one posture (rad)."""
+        ...
+
     def lengths(
         self, q: Float[np.ndarray, "samples coords"]
     ) -> Float[np.ndarray, "samples muscles"]:

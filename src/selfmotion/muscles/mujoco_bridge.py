@@ -75,6 +75,10 @@ class MujocoMuscles:
     def _work(self) -> "_Work":
         return _Work.of(self)
 
+    def length(self, q: Float[np.ndarray, " coords"], muscle: int) -> float:
+        """Give the length of one path (m)."""
+        return float(self.lengths(q[None])[0, muscle])
+
     def lengths(
         self, q: Float[np.ndarray, "samples coords"]
     ) -> Float[np.ndarray, "samples muscles"]:

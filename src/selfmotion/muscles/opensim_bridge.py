@@ -33,7 +33,7 @@ def _opensim() -> Any:
         import opensim  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise MissingExtraError(
-            "an .osim model needs OpenSim: install the extra with pip install 'selfmotion[opensim]'"
+            'an .osim model needs OpenSim: install the extra with pip install "selfmotion[opensim]"'
         ) from None
     opensim.Logger.removeFileSink()  # or it writes opensim.log where the user happens to be
     opensim.Logger.setLevelString("Off")
@@ -128,6 +128,11 @@ class OpensimMuscles:
         u[self._slots] = 0.0 if speeds is None else speeds
         self.state.setU(self.osim.Vector.createFromMat(u))
         self.model.realizeVelocity(self.state)
+
+    def length(self, q: Float[np.ndarray, " coords"], muscle: int) -> float:
+        """Give the length of one path (m): OpenSim takes nearly all its time over the wraps."""
+        self.pose(self.coordinates.value(q[None])[0])
+        return float(self._paths[muscle].getLength(self.state))
 
     def lengths(
         self, q: Float[np.ndarray, "samples coords"]

@@ -3,8 +3,10 @@
 Effort along the curve is continuous and piecewise smooth but where a muscle's path jumps over a
 wrapping surface. Samples start evenly spaced. A gap between two samples is halved as long as
 effort could dip in it below the least value known: with the curvature seen around the gap, taken
-`SAFETY` times, the dip below the chord is at most ``curvature * gap**2 / 8``. Samples beside a
-local minimum are refined by parabolas until the minimum is known to the tolerance.
+`SAFETY` times, the dip below the chord is at most ``curvature * gap**2 / 8``; curvature is never
+taken across a jump. Jumps are followed by the length of the path that jumps, which is cheap, and
+then sampled on either side. Samples beside a local minimum are refined by parabolas until the
+minimum is known to the tolerance.
 """
 
 from dataclasses import dataclass
@@ -29,6 +31,10 @@ DRAWN_GAP = 0.03
 SAFETY = 2.0
 # Gaps are not halved below this (rad along the curve, about 0.01 degrees of swivel).
 SMALLEST_GAP = 5e-4
+# A jump is followed to a gap so small, as the least effort may stand at its very edge.
+JUMP_GAP = 1e-4
+# A minimum is where a parabola says, if its samples are so near (rad, about a degree of swivel).
+NEAR = 0.04
 MAX_ROUNDS = 24
 # With more gaps than this over which a path jumps, it is rough (wraps that are solved for
 # approximately): jumps are then followed to gaps of a quarter of a degree of swivel, and farther
@@ -119,6 +125,42 @@ class _Sampler:
         for name, new in merged.items():
             setattr(self, name, np.concatenate([getattr(self, name), new])[order])
 
+    def sides(self, gap: int, muscle: int) -> tuple[float, float]:
+        """Give places close on either side of a muscle's jump within a gap, or its middle.
+
+        Of all paths only the one that jumps is asked for: half of a model's jumps take as long to
+        follow otherwise as all the rest of the search.
+        """
+        a, b = self.arc[gap : gap + 2]
+        here, there = self.lengths[gap : gap + 2, muscle]
+        slope, ahead = (self._rate(gap, muscle, beside) for beside in (gap - 1, gap + 1))
+        while b - a > JUMP_GAP:
+            middle = 0.5 * (a + b)
+            length = self.model.geometry.length(self.interval.at(middle)[0], muscle)
+            behind = abs(length - here - slope * (middle - a))
+            if behind < abs(there - ahead * (b - middle) - length):
+                slope = (length - here) / (middle - a)
+                a, here = middle, length
+            else:
+                ahead = (there - length) / (b - middle)
+                b, there = middle, length
+        if abs(there - here - 0.5 * (slope + ahead) * (b - a)) < 0.5 * JUMP:
+            middle = float(self.arc[gap : gap + 2].mean())
+            return middle, middle  # no jump: the path bends fast, and wants more samples
+        return float(a), float(b)
+
+    def _rate(self, gap: int, muscle: int, beside: int) -> float:
+        """Give the rate of a length at the end of a gap towards the one beside it.
+
+        What moment arms leave in that one goes on, unless the path jumps there too.
+        """
+        slope = self.slopes[max(gap, beside), muscle]
+        if not 0 <= beside < len(self.arc) - 1 or self.unexplained()[beside, muscle] > JUMP:
+            return slope
+        ends = slice(beside, beside + 2)
+        rate = np.diff(self.lengths[ends, muscle])[0] / np.diff(self.arc[ends])[0]
+        return slope + rate - self.slopes[ends, muscle].mean()
+
     def unexplained(self) -> np.ndarray:
         """Give what moment arms leave of the change in length between samples, (K - 1, M)."""
         out = np.empty((len(self.arc) - 1, self.lengths.shape[1]))
@@ -169,46 +211,67 @@ def effort_curve(
 def _next_places(sampler: _Sampler, tolerance: float, best: float) -> np.ndarray:
     """Give places where effort should be known too: middles of doubtful gaps, vertices."""
     places = np.empty(2 * len(sampler.arc))
-    jump = (sampler.unexplained() > JUMP).any(axis=1)
-    count = _doubts(sampler.arc, sampler.effort, jump, tolerance, best, places)
-    return np.unique(places[:count])
+    unexplained = sampler.unexplained()
+    jump = np.asarray((unexplained > JUMP).any(axis=1))
+    cut = np.zeros(len(unexplained), dtype=np.bool_)
+    places = places[: _doubts(sampler.arc, sampler.effort, jump, tolerance, best, places, cut)]
+    for i in np.flatnonzero(cut):
+        sides = sampler.sides(int(i), int(unexplained[i].argmax()))
+        places = np.append(places, sides)
+    return np.setdiff1d(places, sampler.arc)
 
 
 @njit(cache=True)
-def _doubts(s, E, jump, tolerance, best, places):
-    """Fill places with what `_next_places` gives; returns how many there are."""
+def _doubts(s, E, jump, tolerance, best, places, cut):
+    """Fill places with what `_next_places` gives; returns how many there are.
+
+    Gaps whose jump is to be followed are marked in `cut` instead.
+    """
     n = s.shape[0]
     least = best
     for i in range(n):
         least = min(least, E[i])
     allowed = 0.5 * tolerance * max(least, 1e-12)
-    second = np.zeros(n)
-    for i in range(1, n - 1):
-        a, b = s[i] - s[i - 1], s[i + 1] - s[i]
-        second[i] = abs(2.0 * ((E[i + 1] - E[i]) / b - (E[i] - E[i - 1]) / a) / (a + b))
-    if n > 2:
-        second[0], second[n - 1] = second[1], second[n - 2]
+    second = _curvature(s, E, jump)
     few = jump.sum() <= MANY_JUMPS
     dip, taken = np.empty(n - 1), np.zeros(n - 1, np.bool_)
     count = 0
     for i in range(n - 1):
         gap = s[i + 1] - s[i]
-        # The greatest second derivative seen around the gap.
-        dip[i] = SAFETY * max(second[i], second[i + 1]) * gap * gap / 8.0
-        low = min(E[i], E[i + 1]) - dip[i]
-        taken[i] = low < least - allowed and gap > 2.0 * SMALLEST_GAP
-        if jump[i] and gap > 4.0 * SMALLEST_GAP:
+        if jump[i]:
             # On either side of a jump effort goes on as it does beside the gap.
             steep = abs(E[i] - E[i - 1]) / (s[i] - s[i - 1]) if i > 0 else 0.0
             if i + 2 < n:
                 steep = max(steep, abs(E[i + 2] - E[i + 1]) / (s[i + 2] - s[i + 1]))
-            low = min(E[i], E[i + 1]) - SAFETY * steep * gap
-            taken[i] = taken[i] or few or gap > ROUGH_GAP or low < least - allowed
+            dip[i] = SAFETY * steep * gap
+            low = min(E[i], E[i + 1]) - dip[i]
+            cut[i] = gap > 4.0 * SMALLEST_GAP and (few or gap > ROUGH_GAP or low < least - allowed)
+            taken[i] = cut[i]
+            continue
+        if second[i] < 0.0 and second[i + 1] < 0.0:  # not known: a jump on either side
+            dip[i] = SAFETY * abs(E[i + 1] - E[i])
+            taken[i] = gap > ROUGH_GAP
+        else:
+            # The greatest second derivative seen around the gap.
+            dip[i] = SAFETY * max(second[i], second[i + 1]) * gap * gap / 8.0
+        low = min(E[i], E[i + 1]) - dip[i]
+        taken[i] = taken[i] or (low < least - allowed and gap > 2.0 * SMALLEST_GAP)
         if taken[i]:
             places[count] = 0.5 * (s[i] + s[i + 1])
             count += 1
     for i in range(1, n - 1):
         if not (E[i] < E[i - 1] and E[i] <= E[i + 1]):
+            continue
+        if jump[i - 1] or jump[i]:  # the least beside a jump: halve the gap on its smooth side
+            g = i if jump[i - 1] else i - 1
+            known = jump[g] or taken[g] or dip[g] < 0.005 * tolerance * max(E[i], 1e-12)
+            if (
+                E[i] <= (1.0 + tolerance) * least
+                and not known
+                and s[g + 1] - s[g] > ROUGH_GAP / 4.0
+            ):
+                places[count] = 0.5 * (s[g] + s[g + 1])
+                count += 1
             continue
         a, b = s[i] - s[i - 1], s[i + 1] - s[i]
         if max(a, b) <= 2.0 * SMALLEST_GAP or taken[i - 1] or taken[i]:
@@ -217,9 +280,38 @@ def _doubts(s, E, jump, tolerance, best, places):
         share = 0.005 if E[i] <= (1.0 + tolerance) * least else 0.2
         if max(dip[i - 1], dip[i]) < share * tolerance * max(E[i], 1e-12):
             continue
-        places[count] = _vertex(s[i - 1], s[i], s[i + 1], E[i - 1], E[i], E[i + 1])
+        vertex = _vertex(s[i - 1], s[i], s[i + 1], E[i - 1], E[i], E[i + 1])
+        if max(a, b) < NEAR and abs(vertex - s[i]) < SMALLEST_GAP:
+            continue
+        # A vertex on a sample tells nothing new: go a step into the wider side instead.
+        clear = 0.1 * max(a, b)
+        if abs(vertex - s[i]) < clear:
+            vertex = s[i] + clear if b > a else s[i] - clear
+        places[count] = min(max(vertex, s[i - 1] + 0.05 * a), s[i + 1] - 0.05 * b)
         count += 1
     return count
+
+
+@njit(cache=True)
+def _curvature(s, E, jump):
+    """Give the size of the second derivative at samples (K,), from samples of one smooth piece.
+
+    At the ends of a piece it is that of the sample next to them; below 0 where a piece has two
+    samples only.
+    """
+    n = s.shape[0]
+    second = np.full(n, -1.0)
+    for i in range(1, n - 1):
+        if not (jump[i - 1] or jump[i]):
+            a, b = s[i] - s[i - 1], s[i + 1] - s[i]
+            second[i] = abs(2.0 * ((E[i + 1] - E[i]) / b - (E[i] - E[i - 1]) / a) / (a + b))
+    out = second.copy()
+    for i in range(n):
+        if second[i] < 0.0 and i > 0 and not jump[i - 1]:
+            out[i] = second[i - 1]
+        if second[i] < 0.0 and i < n - 1 and not jump[i]:
+            out[i] = max(out[i], second[i + 1])
+    return out
 
 
 @njit(cache=True)
@@ -250,15 +342,10 @@ def _unexplained(s, lengths, slopes, out):
 
 @njit(cache=True)
 def _vertex(s0, s1, s2, E0, E1, E2):
-    """Give the vertex of the parabola through three samples, kept away from all of them."""
+    """Give the vertex of the parabola through three samples."""
     a, b = s1 - s0, s2 - s1
     left, right = (E1 - E0) / a, (E2 - E1) / b
     curvature = (right - left) / (a + b)
-    x = s1
-    if curvature > 0.0:
-        x = s1 - (left * b + right * a) / (a + b) / (2.0 * curvature)
-    # A vertex on a sample tells nothing new: go a step into the wider side instead.
-    clear = 0.1 * max(a, b)
-    if abs(x - s1) < clear:
-        x = s1 + clear if b > a else s1 - clear
-    return min(max(x, s0 + 0.05 * a), s2 - 0.05 * b)
+    if not curvature > 0.0:
+        return s1
+    return s1 - (left * b + right * a) / (a + b) / (2.0 * curvature)
