@@ -90,7 +90,9 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
                 Section("Scenario 1: a circle", points=(f"A figure of {name}.",)),
             )
             page = Page(f"{name.title()} et al., computed again", sections, f"On {name}.")
-            return reproduce.Made(name, [number], Provenance(name, choices={"size": 1}), page)
+            return reproduce.Made(
+                name, [number], Provenance(name, choices={"size": 1}), lambda: page
+            )
 
         return make
 

@@ -78,12 +78,12 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """One paper, computed again, with its report."""
+    """One paper, computed again; `page` draws its report, which takes seconds."""
 
     paper: str
     numbers: list[NumberBeside]
     provenance: Provenance
-    page: "Page"
+    page: Callable[[], "Page"]
 
 
 def reproduce(
@@ -178,20 +178,28 @@ def write_pages(made: Sequence[Made], out: Path | None, report: Path | None) -> 
     Returns:
         The files; `report` takes the place of the page that holds everything.
     """
+    if out is None and report is None:
+        return []
     from selfmotion.report.html import write_page
+    from selfmotion.report.reproductions_page import with_checklist
 
     several = len(made) > 1
+    pages = [one.page() for one in made]
+    alone = [with_checklist(page, one.paper) for page, one in zip(pages, made, strict=True)]
     written: list[Path] = []
     if out is not None and several:
-        written += [write_page(out / f"{one.paper}.html", one.page) for one in made]
+        written += [
+            write_page(out / f"{one.paper}.html", page)
+            for one, page in zip(made, alone, strict=True)
+        ]
     if out is not None and report is None:
         report = out / ("all.html" if several else f"{made[0].paper}.html")
     if report is not None:
-        written.append(write_page(report, page_of_all(made) if several else made[0].page))
+        written.append(write_page(report, page_of_all(made, pages) if several else alone[0]))
     return written
 
 
-def page_of_all(made: Sequence[Made]) -> "Page":
+def page_of_all(made: Sequence[Made], pages: Sequence["Page"]) -> "Page":
     """Put the reports on several papers into one page."""
     import pandas as pd
 
@@ -199,7 +207,7 @@ def page_of_all(made: Sequence[Made]) -> "Page":
 
     numbers = [(n.paper, n.comparable, n.kind) for one in made for n in one.numbers]
     table = pd.DataFrame(numbers, columns=["paper", "comparable", "kind"])
-    return reproductions_page([one.page for one in made], table)
+    return reproductions_page(pages, table)
 
 
 def refuse_or_warn_of_idle(key: str, asked: Asked) -> None:
@@ -235,16 +243,16 @@ def joint_provenance(made: list[Made], seed: int) -> Provenance:
 
 
 def _khoramshahi2022(asked: Asked) -> Made:
-    from selfmotion.report.khoramshahi2022_page import khoramshahi2022_page
-
     repeats = REPEATS if asked.repeats is None else asked.repeats
     found = khoramshahi2022(asked.data, repeats=repeats, people=asked.people, seed=asked.seed)
-    return Made(
-        "khoramshahi2022",
-        records("khoramshahi2022", found.table),
-        found.provenance,
-        khoramshahi2022_page(found),
-    )
+
+    def page() -> "Page":
+        from selfmotion.report.khoramshahi2022_page import khoramshahi2022_page
+
+        return khoramshahi2022_page(found)
+
+    numbers = records("khoramshahi2022", found.table)
+    return Made("khoramshahi2022", numbers, found.provenance, page)
 
 
 def khoramshahi2022(
@@ -277,7 +285,6 @@ def khoramshahi2022(
 
 
 def _tommasino2017(asked: Asked) -> Made:
-    from selfmotion.report.tommasino2017_page import tommasino2017_page
     from selfmotion.studies.center_out import CenterOut
     from selfmotion.studies.tommasino2017_numbers import reproduce_tommasino2017
 
@@ -286,18 +293,18 @@ def _tommasino2017(asked: Asked) -> Made:
     found = reproduce_tommasino2017(asked.seed, n_people=n_people, protocol=protocol)
     sized = with_size(found.provenance, {"n_trials": TRIALS})
     found = replace(found, provenance=sized)
-    return Made(
-        "tommasino2017",
-        records("tommasino2017", found.table),
-        sized,
-        tommasino2017_page(found, shown(found.table)),
-    )
+
+    def page() -> "Page":
+        from selfmotion.report.tommasino2017_page import tommasino2017_page
+
+        return tommasino2017_page(found, shown(found.table))
+
+    return Made("tommasino2017", records("tommasino2017", found.table), sized, page)
 
 
 def _deboon(asked: Asked) -> Made:
     import numpy as np
 
-    from selfmotion.report.deboon_page import deboon_page
     from selfmotion.studies.deboon import StudySize, deboon_study
 
     size = StudySize(n_samples=CIRCLE_SAMPLES)
@@ -310,25 +317,29 @@ def _deboon(asked: Asked) -> Made:
     }
     provenance = Provenance("reproduce deboon", seed=asked.seed, choices=choices)
     table = with_kinds(found.numbers)
-    return Made(
-        "deboon",
-        records("deboon", table),
-        provenance,
-        deboon_page(found, shown(table), provenance),
-    )
+
+    def page() -> "Page":
+        from selfmotion.report.deboon_page import deboon_page
+
+        return deboon_page(found, shown(table), provenance)
+
+    return Made("deboon", records("deboon", table), provenance, page)
 
 
 def _li2022(asked: Asked) -> Made:
     from selfmotion.cli.reproduce_li2022 import People, li2022
-    from selfmotion.report.li2022_page import li2022_page
 
     people = None
     if asked.recordings is not None and asked.study is not None:
         people = People(asked.recordings, asked.study, asked.batch, asked.seed)
     found = li2022(people, searched=SEARCHED, say=asked.say)
-    page = li2022_page(
-        found.model, found.made, shown(found.table), found.provenance, more=found.more
-    )
+
+    def page() -> "Page":
+        from selfmotion.report.li2022_page import li2022_page
+
+        numbers = shown(found.table)
+        return li2022_page(found.model, found.made, numbers, found.provenance, more=found.more)
+
     return Made("li2022", records("li2022", found.table), found.provenance, page)
 
 
