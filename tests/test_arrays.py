@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.stats.qmc import Halton
 
 from selfmotion.arrays import (
     as_float_array,
     freeze,
+    halton,
     require_between,
     require_finite,
     require_shape,
@@ -81,3 +83,9 @@ def test_all_errors_are_the_library_s_and_value_errors():
     for error in (ShapeError, NotFiniteError, RangeError):
         assert issubclass(error, SelfmotionError)
         assert issubclass(error, ValueError)
+
+
+@pytest.mark.parametrize(("n_points", "n_dimensions"), [(1, 1), (24, 7), (400, 20)])
+def test_halton_points_are_those_of_scipy(n_points: int, n_dimensions: int) -> None:
+    wanted = Halton(n_dimensions, scramble=False).random(n_points + 1)[1:]
+    np.testing.assert_allclose(halton(n_points, n_dimensions), wanted, rtol=0.0, atol=1e-15)

@@ -19,6 +19,8 @@ Transform: TypeAlias = Float[np.ndarray, "4 4"]
 SampleMask: TypeAlias = Bool[np.ndarray, " samples"]
 SampleIndex: TypeAlias = Int[np.ndarray, " samples"]
 
+PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61, 67, 71)
+
 
 def as_float_array(name: str, value: ArrayLike, ndim: int | None = None) -> np.ndarray:
     """Convert to a C-contiguous float64 array.
@@ -98,3 +100,26 @@ def freeze(array: np.ndarray) -> np.ndarray:
     """Make an array read-only and return it (the frozen dataclasses hold such arrays)."""
     array.setflags(write=False)
     return array
+
+
+def halton(n_points: int, n_dimensions: int) -> Float[np.ndarray, "points dimensions"]:
+    """Give points that fill the unit cube evenly: the Halton sequence after its first, the origin.
+
+    That of ``scipy.stats.qmc``, which takes a second to import.
+
+    Args:
+        n_points: points.
+        n_dimensions: at most the number of `PRIMES`.
+
+    Example:
+        >>> halton(3, 2).round(3).tolist()
+        [[0.5, 0.333], [0.25, 0.667], [0.75, 0.111]]
+    """
+    out = np.zeros((n_points, n_dimensions))
+    for column, base in zip(out.T, PRIMES[:n_dimensions], strict=True):
+        left, digit = np.arange(1, n_points + 1), 1.0
+        while left.any():
+            digit /= base
+            left, rest = np.divmod(left, base)
+            column += digit * rest
+    return out

@@ -31,7 +31,7 @@ from jaxtyping import Float
 
 from selfmotion.arms._body import mean_share
 from selfmotion.arms._myoarm import SIDE, arm_of_myo_sim
-from selfmotion.arrays import require_between
+from selfmotion.arrays import halton, require_between
 from selfmotion.errors import RangeError, unknown_name
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
@@ -229,9 +229,7 @@ def _ratio_of_mass(model: mujoco.MjModel, body_mass: float) -> Float[np.ndarray,
 def _path_ratio(
     here: MuscleGeometry, there: MuscleGeometry, arm: Arm
 ) -> Float[np.ndarray, " muscles"]:
-    from scipy.stats.qmc import Halton
-
-    spread = Halton(arm.n_joints, scramble=False).random(N_POSTURES + 1)[1:]
+    spread = halton(N_POSTURES, arm.n_joints)
     q = arm.lower + spread * (arm.upper - arm.lower)
     return here.lengths(q).mean(axis=0) / there.lengths(q).mean(axis=0)
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
-from scipy import stats
+from scipy.special import stdtr  # scipy.stats takes a second to import
 
 from selfmotion.arrays import as_float_array, require_finite
 from selfmotion.errors import RangeError, ShapeError
@@ -260,7 +260,7 @@ def mean_tests(
     sd = np.array([x.std(ddof=1) if len(x) > 1 else np.nan for x in samples])
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.where(sd > 0.0, (mean - values) / (sd / np.sqrt(n)), np.nan)
-    p = 2.0 * stats.t.sf(np.abs(t), np.maximum(n - 1, 1))
+    p = 2.0 * stdtr(np.maximum(n - 1, 1), -np.abs(t))
     return MeanTests(tuple(names), n, mean, sd, values.copy(), t, p, holm(p), note)
 
 

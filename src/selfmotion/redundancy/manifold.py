@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
-from scipy.stats.qmc import Halton
 
-from selfmotion.arrays import Transform
+from selfmotion.arrays import Transform, halton
 from selfmotion.errors import ShapeError, Status
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.forward import tip_positions
@@ -42,7 +41,7 @@ _INSET = 0.3
 # With fewer starts than this, more are taken from all over the box of limits.
 _ENOUGH = 24
 # Points of a Halton sequence in seven dimensions.
-_HALTON = Halton(7, scramble=False).random(25)[1:]  # the first is the origin
+_HALTON = halton(24, 7)
 
 
 @dataclass(frozen=True, eq=False)

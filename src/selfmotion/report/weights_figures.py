@@ -7,7 +7,7 @@ import pandas as pd
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy import stats
+from scipy.special import stdtrit  # scipy.stats takes a second to import
 
 from selfmotion.errors import ShapeError
 from selfmotion.report.theme import (
@@ -130,7 +130,7 @@ def _centre(rows: pd.DataFrame) -> tuple[float, float, float]:
     """Give the geometric mean and its 95 % interval."""
     logs = np.log(np.asarray(rows["weight"], dtype=float))
     if len(logs) > 1:
-        half = stats.t.ppf(0.975, len(logs) - 1) * logs.std(ddof=1) / np.sqrt(len(logs))
+        half = stdtrit(len(logs) - 1, 0.975) * logs.std(ddof=1) / np.sqrt(len(logs))
     else:
         error = float(np.asarray(rows["stderr_log"])[0]) if "stderr_log" in rows else np.nan
         half = 1.96 * error if np.isfinite(error) else 0.0
