@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from selfmotion.cli.options import Json, Out, Seed
+from selfmotion.cli.options import Json, Out, Quiet, Seed
 from selfmotion.cli.output import Contract, Document, Number, Part, finish, numbers
 from selfmotion.provenance import Provenance
 from selfmotion.writing import write_whole
@@ -41,16 +41,21 @@ class DemoDocument(Document, frozen=True, tag="selfmotion/demo/1", kw_only=True)
 CONTRACT = Contract(DemoDocument, ("demo", "--out", "build/demo", "--json"))
 
 
-def demo(json: Json = False, out: Out = None, seed: Seed = 0) -> int:
+def demo(json: Json = False, out: Out = None, seed: Seed = 0, quiet: Quiet = False) -> int:
     """Run the main job on generated people and write a report."""
-    from selfmotion.report.demo_page import write_demo_report
-    from selfmotion.studies.demonstration import demonstrate
+    from selfmotion.cli.progress import stages
 
     folder = out or FOLDER
     folder.mkdir(parents=True, exist_ok=True)
-    shown = demonstrate(seed=seed)
-    provenance = Provenance("demo", seed=seed, choices={"people": len(shown.made.people)})
-    report = write_demo_report(folder / "report.html", shown, provenance)
+    with stages(quiet=quiet) as tell:
+        tell("generating people and identifying their weights")
+        from selfmotion.report.demo_page import write_demo_report
+        from selfmotion.studies.demonstration import demonstrate
+
+        shown = demonstrate(seed=seed)
+        tell("drawing the report")
+        provenance = Provenance("demo", seed=seed, choices={"people": len(shown.made.people)})
+        report = write_demo_report(folder / "report.html", shown, provenance)
     files = [*save_recordings(shown, folder), *save_person(folder / PERSON, seed)]
     reaching = shown.reaching
     document = DemoDocument(
