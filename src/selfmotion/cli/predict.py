@@ -190,12 +190,13 @@ def predict(
 ) -> int:
     """Hold laws of natural posture against recorded people."""
     from selfmotion.cli.batches import BatchChoices
-    from selfmotion.studies.prediction_tables import tables_of
 
     if study_file is None:
         raise RangeError("--study: name the study file, which says whose file is which")
     batch = BatchChoices("predict", out, jobs, scheduler, resume, quiet)
     run = run_prediction(folders, study_file, sensitivity=sensitivity, batch=batch)
+    from selfmotion.studies.prediction_tables import tables_of  # after what tells of progress
+
     tables = tables_of(run, seed=seed)
     document = as_document(run, tables)
     written = []
@@ -229,18 +230,22 @@ def run_prediction(
         on_start: is told the number of arms and gives what to call as each is completed; left
             out: a bar on a terminal.
     """
-    from selfmotion.batch import Runner
     from selfmotion.cli.batches import BatchChoices
-    from selfmotion.cli.progress import progress
-    from selfmotion.studies.prediction import PredictionPlan, plan_items, predict_people
-    from selfmotion.studies.study_file import load_study_file
+    from selfmotion.cli.progress import progress, stages
 
     where = batch or BatchChoices("predict")
-    plan = PredictionPlan(tuple(folders), load_study_file(study_file), sensitivity, where.out)
-    runner = Runner(jobs=where.jobs, scheduler=where.scheduler, resume=where.resume)
+    with stages(quiet=where.quiet or on_start is not None) as tell:
+        tell("reading what the folders hold")
+        from selfmotion.batch import Runner
+        from selfmotion.studies.prediction import PredictionPlan, plan_items, predict_people
+        from selfmotion.studies.study_file import load_study_file
+
+        plan = PredictionPlan(tuple(folders), load_study_file(study_file), sensitivity, where.out)
+        runner = Runner(jobs=where.jobs, scheduler=where.scheduler, resume=where.resume)
+        n_arms = len(plan_items(plan)) if on_start is None else 0
     if on_start is not None:
         return predict_people(plan, runner, on_start=on_start)
-    with progress(len(plan_items(plan)), "arms", quiet=where.quiet) as done:
+    with progress(n_arms, "arms", quiet=where.quiet) as done:
         return predict_people(plan, runner, on_start=lambda _: done)
 
 
