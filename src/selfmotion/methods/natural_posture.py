@@ -6,7 +6,7 @@ the self-motion manifold is traced with its ends, effort is sampled along each u
 value is known to a tolerance, and every local minimum, tie, flat valley and jump is named.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -98,13 +98,20 @@ class PostureFinder:
         """
         return self.find_on(self.manifolds.find(T_hand, clearance=self.clearance))
 
-    def find_on(self, manifold: SelfMotionManifold) -> NaturalPosture:
-        """Find the posture of least effort on a manifold that is at hand already."""
+    def find_on(
+        self, manifold: SelfMotionManifold, curves: Sequence[EffortCurve] | None = None
+    ) -> NaturalPosture:
+        """Find the posture of least effort on a manifold that is at hand already.
+
+        Args:
+            manifold: of one hand pose.
+            curves: effort along its intervals, where that too is at hand.
+        """
         if not manifold.intervals:
             return self._none(manifold, manifold.status)
         if self.search.search == "paper":
             return self._published(manifold)
-        curves = self.curves(manifold)
+        curves = self.curves(manifold) if curves is None else list(curves)
         minima, jumps = local_minima(
             curves,
             self.model.muscles.names,

@@ -63,12 +63,12 @@ def live_posture(
     Raises:
         RangeError: T_hand is not a rigid transform.
     """
-    found = finder.find(T_hand)
-    manifold = finder.manifolds.find(T_hand, clearance=finder.clearance, nearest=False)
-    if not manifold.intervals:
+    manifold = finder.manifolds.find(T_hand, clearance=finder.clearance)
+    curves = tuple(finder.curves(manifold))
+    found = finder.find_on(manifold, curves)
+    if not curves:
         nothing = np.full(len(found.muscles), np.nan)
         return LivePosture(found, (), found.q, np.nan, np.nan, nothing, found.status)
-    curves = tuple(finder.curves(manifold))
     if swivel is None:
         shown = (found.q, found.swivel, found.effort, found.activations)
         return LivePosture(found, curves, *shown, found.status)
