@@ -39,7 +39,7 @@ def write_person_report(path: str | Path, found: OnePerson) -> Path:
         sections.append(Section("What could not be had", tables=(Table(table, ""),)))
     return write_report(
         path,
-        f"{found.name}: how it moves, and what it can",
+        f"{found.name}: how it moves, and where it reaches",
         sections,
         summary=" ".join(sentences(found)),
         footer=Footer((found.provenance,), PAPERS),
