@@ -39,7 +39,16 @@ def test_an_interrupted_run_goes_on_and_writes_everything(folder: Path, capsys: 
     for table in ("predictors", "errors_by_kind", "errors_by_person", "spread", "observations"):
         assert (folder / "out" / f"{table}.csv").is_file()
     text = report.read_text(encoding="utf-8")
-    assert "Predicted against natural" in text and "mid drink" in text
+    assert text.count("<svg") == 3
+    for caption in (
+        "Predicted against natural",
+        "Mean absolute error by kind",
+        "Mean angles by person",
+        "mid\N{NO-BREAK SPACE}drink",
+        "standard deviation within people",
+        "The arm with muscles at each",
+    ):
+        assert caption in text
 
 
 def test_a_broken_person_is_reported_and_the_rest_goes_on(folder: Path, capsys: Capture):

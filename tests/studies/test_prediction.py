@@ -20,7 +20,9 @@ from selfmotion.methods.predictors.constant import Constant
 from selfmotion.methods.predictors.observation import Observation
 from selfmotion.motion.labels import Frame, Labels
 from selfmotion.report.html import write_report
+from selfmotion.report.prediction_figures import sensitivity_figure
 from selfmotion.report.prediction_li2022 import people_sections
+from selfmotion.report.prediction_page import errors_by_variant
 from selfmotion.studies.li2022_people import li2022_on_people, with_people
 from selfmotion.studies.people import MovementOfPerson, RecordedPerson, load_person
 from selfmotion.studies.prediction import PredictionPlan, left_out, plan_items, predict_people
@@ -111,6 +113,22 @@ def test_nothing_of_whoever_is_predicted_enters_a_fit():
     for name, rows in left_out(turned, FITTED).items():
         for o, (angle, *_), (before, *_) in zip(observations, rows, plain[name], strict=True):
             assert (angle == before) == (o.subject == first), name
+
+
+def test_variants_are_compared_by_the_predictors_that_all_have():
+    rows = [
+        {"variant": v, "predictor": p, "mean_deg": m, "moved_deg": 1.0, "shift_deg": -1.0,
+         "inside": 0.9}
+        for v, p, m in (("as recorded", "constant per task", 10.0), ("as recorded", "extra", 5.0),
+                        ("as recorded", "mid-range", 30.0), ("wide", "constant per task", 11.0),
+                        ("wide", "mid-range", 33.0))
+    ]  # fmt: skip
+    table = errors_by_variant(pd.DataFrame(rows))
+    assert list(table["variant"]) == ["as recorded", "wide"]
+    assert list(table["mid-range"]) == [30.0, 33.0] and "extra" not in table
+    figure = sensitivity_figure(pd.DataFrame(rows))
+    shown = [line.get_label() for line in figure.axes[1].lines]
+    assert shown == ["constant per task", "mid-range"]
 
 
 def test_whoever_is_predicted_is_left_out_with_both_arms():

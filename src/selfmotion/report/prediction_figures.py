@@ -32,6 +32,8 @@ from selfmotion.report.theme import (
 # Groups of predictors and their colours; grey is the baseline's, here as everywhere.
 EFFORT_COLOUR, CRITERION_COLOUR, FITTED_COLOUR = (JOINT_COLOURS[i] for i in (2, 0, 1))
 COLUMNS = 3
+# More than there are colours, so that no two predictors look alike.
+VARIANT_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
 def colour_of(predictor: str) -> str:
@@ -152,9 +154,15 @@ def natural_figure(observations: pd.DataFrame) -> Figure:
 
 @themed
 def sensitivity_figure(sensitivity: pd.DataFrame) -> Figure:
-    """Draw how natural angles move and errors change with the shoulder centre and the limits."""
+    """Draw how natural angles move and errors change with the shoulder centre and the limits.
+
+    Predictors are drawn that all variants have.
+    """
     variants = list(dict.fromkeys(sensitivity["variant"]))
-    names = list(dict.fromkeys(sensitivity.sort_values("mean_deg")["predictor"]))
+    seen = sensitivity.groupby("predictor")["variant"].nunique()
+    everywhere = seen.index[seen.to_numpy(dtype=int) == len(variants)]
+    by_error = sensitivity.sort_values("mean_deg")["predictor"]
+    names = [n for n in dict.fromkeys(by_error) if n in everywhere]
     figure, axes = new_figure(1, 2, size=(7.2, 1.3 + 0.27 * len(variants)), share_y=True)
     left, right = axes[0]
     rows = sensitivity.drop_duplicates("variant").set_index("variant").loc[variants]
@@ -170,7 +178,7 @@ def sensitivity_figure(sensitivity: pd.DataFrame) -> Figure:
             values,
             range(len(variants)),
             linestyle="none",
-            marker=condition_marker(i),
+            marker=VARIANT_MARKERS[i % len(VARIANT_MARKERS)],
             color=GREY if name == BASELINE else joint_colour(i),
             label=name,
         )

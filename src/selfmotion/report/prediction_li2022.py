@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from selfmotion.report.html import Picture, Section, Table
 from selfmotion.report.prediction_figures import EFFORT_COLOUR
-from selfmotion.report.theme import BASELINE, INK, new_figure, themed, words
+from selfmotion.report.theme import BASELINE, INK, TASK, new_figure, themed, words
 from selfmotion.studies.li2022_people import COORDINATES, LAW_ON_PEOPLE, LiOnPeople
 
 # Mean and standard deviation of the paper's error (deg).
@@ -131,7 +131,7 @@ def trials_figure(trials: pd.DataFrame, coordinates: pd.DataFrame) -> Figure:
     middle.hist(
         size, bins=np.arange(0.0, max(size.max(initial=5.0), 5.0) + 5.0, 5.0), color=INK, alpha=0.75
     )
-    middle.axvline(PUBLISHED[0], color=BASELINE, linestyle=":", label="published mean")
+    middle.axvline(PUBLISHED[0], color=TASK, linestyle="--", label="published mean")
     if size.size:
         middle.axvline(float(size.mean()), color=EFFORT_COLOUR, label="mean here")
     middle.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

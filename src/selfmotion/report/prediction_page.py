@@ -1,7 +1,9 @@
 """The report of `selfmotion predict`: which law of posture holds on these people."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from selfmotion.methods.predictors.catalogue import BASELINE, EFFORT, NOT_COMPUTED
@@ -13,10 +15,12 @@ from selfmotion.report.prediction_figures import (
     sensitivity_figure,
     shown_names,
 )
+from selfmotion.report.theme import words
 from selfmotion.studies.prediction import LEAST_RADIUS, PredictionRun
 from selfmotion.studies.prediction_summary import counted, of_variant
 from selfmotion.studies.prediction_tables import PredictionTables
 
+UNBROKEN = "\N{NO-BREAK SPACE}"
 SUMMARY_COLUMNS = {
     "predictor": "predictor",
     "mean_deg": "error",
@@ -108,30 +112,68 @@ def angles_section(run: PredictionRun, tables: PredictionTables) -> Section:
             ),
         ),
         tables=(
-            Table(
-                tables.persons.loc[tables.persons["predictor"].isin(names)],
-                "By person: mean angles and mean absolute error (deg).",
-            ),
+            Table(angles_by_person(tables.persons, names), "Mean angles by person and arm (deg)."),
         ),
     )
+
+
+def angles_by_person(persons: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+    """Give natural and predicted mean angles (whole deg), one row an arm and kind of moment."""
+    arm = persons["subject"].astype(str) + UNBROKEN + persons["side"].astype(str)
+    kind = persons["kind"].map(
+        lambda k: words(k).replace(" ", UNBROKEN).replace("," + UNBROKEN, ", ")
+    )
+    shown = persons.assign(arm=arm, kind=kind).loc[persons["predictor"].isin(list(names))]
+    said = shown.pivot(index=["arm", "kind"], columns="predictor", values="predicted_deg")
+    natural = shown.groupby(["arm", "kind"])["natural_deg"].first()
+    table = said.assign(natural=natural.reindex(said.index)).loc[:, ["natural", *names]]
+    return table.map(_whole).reset_index()
+
+
+def spread_in_words(spread: pd.DataFrame) -> pd.DataFrame:
+    """Give one row a kind: mean, and the spreads with their intervals."""
+    return pd.DataFrame(
+        {
+            "kind": words(str(row["kind"])),
+            "mean": f"{row['mean_deg']:.0f}",
+            **{
+                f"{k} people": f"{row[f'{k}_deg']:.1f} ({row[f'{k}_lower_deg']:.1f} to "
+                f"{row[f'{k}_upper_deg']:.1f})"
+                for k in ("within", "between")
+            },
+            "people": row["people"],
+            "moments": row["moments"],
+        }
+        for row in spread.to_dict("records")
+    )
+
+
+def errors_by_variant(sensitivity: pd.DataFrame) -> pd.DataFrame:
+    """Give one row a variant: how far natural angles moved, and the errors (deg)."""
+    variants = list(dict.fromkeys(sensitivity["variant"]))
+    errors = sensitivity.pivot(index="variant", columns="predictor", values="mean_deg")
+    errors = errors.loc[variants].dropna(axis=1)
+    first = sensitivity.drop_duplicates("variant").set_index("variant").loc[variants]
+    about = pd.DataFrame({"moved": first["moved_deg"].round(1), "inside": first["inside"]})
+    return about.join(errors.round(1)).reset_index()
 
 
 def people_section(tables: PredictionTables) -> Section:
     """Show the natural angles and how they vary."""
     ratio = tables.observations["effort_ratio"].dropna().astype(float)
-    words = (
+    said = (
         f"Moments whose elbow is nearer than {1e3 * LEAST_RADIUS:.0f} mm to the line from shoulder "
         "to wrist have hardly a swivel angle and are left out.",
     )
     if len(ratio):
-        words += (
+        said += (
             f"Natural postures need {ratio.median():.2f} times the least muscle effort for the "
             f"same hand pose (median; quartiles {ratio.quantile(0.25):.2f} to "
             f"{ratio.quantile(0.75):.2f}).",
         )
     return Section(
         "How people vary",
-        words=words,
+        words=said,
         pictures=(
             Picture(
                 natural_figure(counted(tables.observations)),
@@ -141,9 +183,9 @@ def people_section(tables: PredictionTables) -> Section:
         ),
         tables=(
             Table(
-                tables.spread,
-                "Swivel angle (deg): standard deviation within people (repeats) and between their "
-                "means, with 95 % intervals over people.",
+                spread_in_words(tables.spread),
+                "Swivel angle (deg): mean, standard deviation within people (repeats) and between "
+                "their means, with 95 % intervals over people.",
             ),
         ),
     )
@@ -166,8 +208,9 @@ def sensitivity_section(tables: PredictionTables) -> Section:
         ),
         tables=(
             Table(
-                tables.sensitivity,
-                "Degrees; inside: share of natural postures that the limits allow.",
+                errors_by_variant(tables.sensitivity),
+                "Mean absolute error of each predictor (deg); moved: mean size of the shift of "
+                "natural angles (deg); inside: share of natural postures that the limits allow.",
             ),
         ),
     )
@@ -187,6 +230,10 @@ def files_section(run: PredictionRun, tables: PredictionTables) -> Section:
         ),
         warning=f"{len(run.failed)} items could not be used." if run.failed else "",
     )
+
+
+def _whole(value: float) -> int | None:
+    return round(value) if np.isfinite(value) else None
 
 
 def _with_interval(row: "pd.Series") -> str:

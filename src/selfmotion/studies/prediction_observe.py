@@ -69,7 +69,6 @@ SENSITIVITY = (
     Variant("shoulder at the acromial marker", centres="acromion"),
     Variant("limits of the model", limits="model"),
     Variant("hardly any limits", limits="wide"),
-    Variant("from landmarks, hardly any limits", centres="landmarks", limits="wide"),
 )
 
 
