@@ -27,6 +27,9 @@ from selfmotion.kinematics.srs import SrsRelative
 from selfmotion.methods.hybrid_ik import hybrid_ik
 from selfmotion.methods.natural_posture import PostureFinder, SearchOptions
 from selfmotion.muscles.static_optimization import muscle_effort
+from selfmotion.spatial import log_rotation
+
+HYBRID = 30  # poses for which hybrid inverse kinematics is timed
 
 
 def timed(work):
@@ -64,6 +67,28 @@ def line(name, wall, processor, errors, note=""):
 def turn(angle):
     """Bring an angle into half a turn either way."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def hybrid_line(arm, poses):
+    """Time hybrid inverse kinematics, the whole turn of swivel by 2 degrees for each pose."""
+    relative, tip = SrsRelative.of(arm), arm.tip("hand")
+    each, all_wall, all_processor, count, off = [], 0.0, 0.0, 0, np.zeros(2)
+    for pose in poses:
+        found, wall, processor = timed(lambda pose=pose: hybrid_ik(arm, pose, relative=relative))
+        if len(found.q) == 0:
+            continue
+        T = forward_kinematics(arm.chain, found.q, tip)
+        turn = log_rotation(np.swapaxes(T[:, :3, :3], 1, 2) @ pose[:3, :3])
+        errors = np.linalg.norm(T[:, :3, 3] - pose[:3, 3], axis=1), np.linalg.norm(turn, axis=1)
+        off = np.maximum(off, [e.max() for e in errors])
+        each.append(1e3 * processor / len(found.q))
+        all_wall, all_processor = all_wall + wall, all_processor + processor
+        count += len(found.q)
+    print(
+        f"hybrid inverse kinematics, {len(each)} poses, {count} postures: a posture takes "
+        f"{1e3 * all_wall / count:.0f} us ({1e3 * all_processor / count:.0f} us processor; median "
+        f"over poses {np.median(each):.0f} us), within {off[0]:.0e} m and {off[1]:.0e} rad"
+    )
 
 
 def row_of(name, rows, step):
@@ -144,12 +169,7 @@ def main():
         f"within 0.2 deg: {100 * np.mean(np.array(swivel) <= 0.2):.1f} %; effort does not "
         f"determine it: {undetermined}; not found: {missed} of {options.poses}"
     )
-    relative = SrsRelative.of(arm)
-    found, wall, processor = timed(lambda: hybrid_ik(arm, poses[0], relative=relative))
-    print(
-        f"hybrid inverse kinematics: {1e3 * wall / len(found.q):.0f} us a posture "
-        f"({1e3 * processor / len(found.q):.0f} us processor), {len(found.q)} postures"
-    )
+    hybrid_line(arm, poses[:HYBRID])
     write_rows(options.rows, compared)
 
 
