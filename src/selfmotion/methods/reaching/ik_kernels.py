@@ -175,7 +175,7 @@ def solve_one(model, rows, goals, k, seeds, options, start, best, scores, w):
             return near, turned, evaluations, attempt, True
     if options.restarts > 0:
         near, turned, n_done, solved = descend(
-            model, rows, position, rotation, angles, options, LAST, best, w
+            model, rows, position, rotation, angles, options, PATIENT, best, w
         )
         return near, turned, evaluations + n_done, options.restarts, solved
     return near, turned, evaluations, options.restarts, False

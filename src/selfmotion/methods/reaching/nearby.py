@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from selfmotion.kinematics.threads import share
-from selfmotion.methods.reaching import ik_kernels
-from selfmotion.methods.reaching.ik_arrays import Goals, Options, Outputs, Rows
+from selfmotion.methods.reaching.attempts import Problem, descend_from
+from selfmotion.methods.reaching.ik_arrays import Options, Outputs, Rows
+from selfmotion.methods.reaching.ik_kernels import HASTY, PATIENT
 from selfmotion.methods.reaching.ik_seeds import SeedTable, model_of
 from selfmotion.methods.reaching.ik_tasks import goals_of
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 # Starts: seeds, then neighbours of what is left; steps tried from one start.
 SEEDS, NEIGHBOURS, MOST_STEPS = 2, 6, 40
-# Targets below which a second thread costs more than it saves.
-TARGETS_PER_THREAD = 256
+# A point still missed by this (m) is tried from so many postures at the ends of ranges as well: it
+# will speak for all around it.
+AWAY, AT_ENDS = 0.01, 6
 
 
 def decide_nearby(
@@ -42,9 +43,8 @@ def decide_nearby(
         threads: how many threads share the points.
     """
     task, n = seeds.task, len(points)
-    model = model_of(task)
     rows = Rows(np.arange(3), task.mode, task.rotation_scale, np.ones(task.arm.n_joints))
-    goals = goals_of(task, points)
+    problem = Problem(model_of(task), rows, goals_of(task, points), seeds.arrays, threads)
     out = Outputs(
         np.zeros((n, task.arm.n_joints)),
         np.tile([np.inf, 0.0], (n, 1)),
@@ -52,31 +52,17 @@ def decide_nearby(
         np.zeros(n, dtype=np.bool_),
     )
 
-    def descend(left: np.ndarray, starts: np.ndarray, n_seeds: int, patience: float) -> None:
-        options = Options(reached, np.inf, MOST_STEPS, n_seeds - 1, n_seeds > 0)
-        part, views = Goals(*(g[left] for g in goals)), Outputs(*(o[left] for o in out))
-
-        def work(a: int, b: int) -> None:
-            ik_kernels.descend_batch(
-                model,
-                rows,
-                Goals(*(g[a:b] for g in part)),
-                seeds.arrays,
-                starts[a:b],
-                options,
-                patience,
-                Outputs(*(v[a:b] for v in views)),
-            )
-
-        share(work, len(left), threads, least=TARGETS_PER_THREAD)
-        for whole, filled in zip(out, views, strict=True):
-            whole[left] = filled
-
-    descend(np.arange(n), np.empty((n, 0, task.arm.n_joints)), SEEDS, ik_kernels.HASTY)
+    seeded, alone = (Options(reached, np.inf, MOST_STEPS, SEEDS - 1, s) for s in (True, False))
+    none = np.empty((n, 0, task.arm.n_joints))
+    descend_from(problem, np.arange(n), none, seeded, HASTY, out)
     left, (tree, postures) = np.flatnonzero(~out.solved), known
     count = min(NEIGHBOURS, len(postures))
     near = np.reshape(tree.query(points[left], k=count, workers=threads)[1], (len(left), count))
-    descend(left, postures[near], 0, ik_kernels.HASTY)
+    descend_from(problem, left, postures[near], alone, HASTY, out)
+    away = np.flatnonzero(out.errors[:, 0] > AWAY)
+    ends = problem._replace(seeds=seeds.at_ends.arrays)
+    at_ends = seeded._replace(restarts=AT_ENDS - 1)
+    descend_from(ends, away, none[away], at_ends, HASTY, out)
     left = np.flatnonzero(~out.solved)
-    descend(left, out.q[left][:, None], 0, ik_kernels.PATIENT)
+    descend_from(problem, left, out.q[left][:, None], alone, PATIENT, out)
     return out
