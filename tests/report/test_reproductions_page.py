@@ -1,12 +1,14 @@
 """The page on all papers: complete lists of figures, chapters, links that lead somewhere."""
 
 import re
+from dataclasses import replace
 
 import pandas as pd
 import pytest
 
-from selfmotion.report.html import Page, Section, render_report
+from selfmotion.report.html import Page, Section, Table, render_report
 from selfmotion.report.reproductions_page import (
+    BY_FIGURE,
     CHECKLIST,
     reproductions_page,
     with_checklist,
@@ -79,6 +81,19 @@ def test_the_page_has_a_chapter_a_paper_and_links_from_each_list() -> None:
         headings = [s.heading for s in page.sections]
         # Each section stands in the contents, and every figure that is here leads to one.
         assert text.count(f'<a href="#{paper}-') == 1 + len(headings) + linked
+
+
+def test_words_on_what_this_run_found_take_the_place_of_general_ones() -> None:
+    found = pd.DataFrame({"in the paper": ["Fig. 6", "Figs 8, 9"], "difference": ["68 %", "13"]})
+    page = page_on("deboon")
+    by_figure = Section(BY_FIGURE, tables=(Table(found, "here"),))
+    made = with_checklist(replace(page, sections=(*page.sections, by_figure)), "deboon")
+    listed = made.sections[0].tables[0].frame
+    said = dict(
+        zip([one.text for one in listed["in the paper"]], listed["difference"], strict=True)
+    )
+    assert said["Fig 6"] == "68 %" and said["Figs 8, 9"] == "13" and len(said["Fig 5"] or "") > 5
+    assert BY_FIGURE not in [section.heading for section in made.sections]
 
 
 def test_a_page_on_one_paper_begins_with_its_list() -> None:

@@ -291,7 +291,8 @@ def _tommasino2017(asked: Asked) -> Made:
     n_people = PEOPLE if asked.people is None else asked.people
     protocol = CenterOut(n_trials=TRIALS)
     found = reproduce_tommasino2017(asked.seed, n_people=n_people, protocol=protocol)
-    sized = with_size(found.provenance, {"n_trials": TRIALS})
+    choices = {**found.provenance.choices, "n_trials": TRIALS}
+    sized = replace(found.provenance, choices=choices)
     found = replace(found, provenance=sized)
 
     def page() -> "Page":
@@ -351,28 +352,24 @@ PAPERS: dict[str, Callable[[Asked], Made]] = {
 }
 
 
-def with_size(provenance: Provenance, size: dict[str, int]) -> Provenance:
-    """Add how much was computed to a provenance."""
-    return replace(provenance, choices={**provenance.choices, **size})
-
-
 def with_kinds(numbers: "pd.DataFrame") -> "pd.DataFrame":
     """Give the table of deboon the columns of `published.beside`.
 
     Lengths and limits are those that the arm is built from, so that agreement proves little.
     """
+    from selfmotion.studies.paper_figures import TAKEN
+
     known = numbers["published"].notna()
-    return numbers.assign(
+    table = numbers.assign(
+        quantity=numbers["quantity"].str.replace("_", " "),
         published=[
             f"{v:.4g}" if k else "–" for v, k in zip(numbers["published"], known, strict=True)
         ],
         ours=[f"{value:.4g}" for value in numbers["ours"]],
         comparable=known,
-        kind=[
-            "taken over: the arm is built from it" if k else "published number not at hand"
-            for k in known
-        ],
+        kind=[TAKEN if k else "published number not at hand" for k in known],
     )
+    return table[[name for name in table if name != "note"] + ["note"]]
 
 
 def shown(table: "pd.DataFrame") -> "pd.DataFrame":

@@ -2,8 +2,10 @@
 
 import pandas as pd
 
+from selfmotion.methods.workspace import Workspace
 from selfmotion.provenance import Provenance
 from selfmotion.report.html import Footer, Page, Picture, Section, Table
+from selfmotion.report.reproductions_page import BY_FIGURE
 from selfmotion.report.workspace_figures import (
     arc_joints_figure,
     arcs_figure,
@@ -33,7 +35,7 @@ def deboon_page(made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
                 "Lengths and limits are those that the arm is built from: that they agree shows "
                 "that they were taken over without error, and no more.",
             ),
-            tables=(Table(numbers, "`kind` says what may be compared."),),
+            tables=(Table(numbers, "“Kind” says what may be compared."),),
         ),
         workspace_section(made),
         island_section(made),
@@ -67,9 +69,21 @@ def workspace_section(made: DeBoonStudy) -> Section:
         tables=(
             Table(space.to_frame(), "Volumes in cm³, body included; shares of the free volume.", 4),
             Table(places.volumes, "What of the volumes lies inside the body.", 4),
-            Table(space.slices_frame(), "Areas of the slices (m, m²), body included."),
+            Table(
+                slices_table(space),
+                "Areas of the slices (m², ± standard error) by height (m), body included.",
+            ),
         ),
     )
+
+
+def slices_table(space: Workspace) -> pd.DataFrame:
+    """Give a row a height: the areas of what is free, kept and lost."""
+    rows = []
+    for part in space.slices:
+        areas = {name: "{:.3f} ± {:.3f}".format(*part.area(name)) for name in part.regions}
+        rows.append({"z": f"{part.height:+.1f}", **areas})
+    return pd.DataFrame(rows)
 
 
 def island_section(made: DeBoonStudy) -> Section:
@@ -100,7 +114,7 @@ def island_section(made: DeBoonStudy) -> Section:
 
 def counterparts_section(made: DeBoonStudy) -> Section:
     """Put each figure and table of the paper beside ours, with a word on the difference."""
-    return Section("Figure by figure", tables=(Table(counterparts(made), "In the paper's order."),))
+    return Section(BY_FIGURE, tables=(Table(counterparts(made), "In the paper's order."),))
 
 
 def missing_section() -> Section:

@@ -7,14 +7,17 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 
 from selfmotion.report.html import Footer, Link, Page, Section, Table
-from selfmotion.studies.paper_figures import MISSING, NO_RESULT, figures_of
+from selfmotion.studies.paper_figures import MISSING, NO_RESULT, TAKEN, figures_of
 
 TITLE = "Four papers, computed again"
 END_OF_TITLE = ", computed again"
 CHECKLIST = "Figures and tables of the paper"
+# Section of a report that words the differences by what this run found; the list takes them over.
+BY_FIGURE = "Figure by figure"
 
 
 def reproductions_page(pages: Sequence[Page], numbers: pd.DataFrame) -> Page:
@@ -36,7 +39,7 @@ def reproductions_page(pages: Sequence[Page], numbers: pd.DataFrame) -> Page:
         ]
     summary = (
         f"{len(numbers)} published numbers of {len(pages)} papers beside ours, with the papers' "
-        f"figures drawn again; {sum(numbers['comparable'])} of the numbers can be compared."
+        f"figures drawn again; {int(_told(numbers).sum())} of the numbers can be compared."
     )
     return Page(TITLE, tuple(sections), summary, _joined([page.footer for page in pages]))
 
@@ -49,12 +52,18 @@ def with_checklist(page: Page, paper: str) -> Page:
         paper: its key, as in `reproduce`.
     """
     headings = frozenset(section.heading for section in page.sections)
+    found = {
+        str(row["in the paper"]).replace(".", ""): row["difference"]
+        for section in page.sections
+        if section.heading == BY_FIGURE
+        for row in section.tables[0].frame.to_dict("records")
+    }
     rows = [
         {
             "in the paper": Link(one.where, one.section),
             "shows": one.shows,
             "here": one.here,
-            "difference": one.difference or None,
+            "difference": found.get(one.where, one.difference) or None,
         }
         for one in figures_of(paper, headings)
     ]
@@ -62,7 +71,8 @@ def with_checklist(page: Page, paper: str) -> Page:
         CHECKLIST,
         tables=(Table(pd.DataFrame(rows), "In the paper's order; links lead to our counterpart."),),
     )
-    return replace(page, sections=(section, *page.sections))
+    others = (other for other in page.sections if other.heading != BY_FIGURE)
+    return replace(page, sections=(section, *others))
 
 
 def overview_section(
@@ -88,7 +98,7 @@ def overview_section(
                 "photographs, diagrams": sum(one.here == NO_RESULT for one in figures),
                 "not at hand": sum(one.here == MISSING for one in figures),
                 "numbers": len(some),
-                "that can be compared": int(some["comparable"].sum()),
+                "that can be compared": int(_told(some).sum()),
             }
         )
     counts = Counter(numbers["kind"])
@@ -109,6 +119,11 @@ def overview_section(
             Table(kinds, "Published numbers by kind of comparison."),
         ),
     )
+
+
+def _told(numbers: pd.DataFrame) -> np.ndarray:
+    """Tell which numbers ought to agree and are not what the computation begins with."""
+    return numbers["comparable"].to_numpy(dtype=bool) & (numbers["kind"].to_numpy() != TAKEN)
 
 
 def _joined(footers: Sequence[Footer]) -> Footer:

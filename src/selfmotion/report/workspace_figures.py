@@ -35,6 +35,8 @@ KEPT, LOST = TASK, NULL
 COLUMNS = 4
 # How far from the origin the body's outline is looked for, and its cells (m).
 OUTLINE, OUTLINE_CELL = 0.6, 0.005
+# Directions in which a hull is drawn by its outermost corner.
+DIRECTIONS = 300
 # Joints drawn along a device's circle, those of [DeBoon] figs 11 and 13.
 DEVICE_JOINTS = ("elbow_flexion", "wrist_deviation", "wrist_flexion", "wrist_pronation")
 
@@ -79,9 +81,9 @@ def hulls_figure(space: Workspace, body: BodyShapes | None = None) -> Figure:
     for place, (title, height, turn) in enumerate(views, start=1):
         ax = cast(Axes3D, figure.add_subplot(1, 2, place, projection="3d"))
         for name, colour, alpha, _ in kinds:
-            corners = space.hull(name) if name in space.regions else np.zeros((0, 3))
-            if not len(corners):
+            if name not in space.regions or not len(space.hull(name)):
                 continue
+            corners = _outermost(space.hull(name))
             hull = ConvexHull(corners)
             faces = Poly3DCollection(corners[hull.simplices], facecolors=colour, alpha=alpha)
             faces.set_edgecolor(to_rgba(colour, 0.45))
@@ -102,6 +104,18 @@ def hulls_figure(space: Workspace, body: BodyShapes | None = None) -> Figure:
         handles.append(Patch(facecolor=BASELINE, label="body"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
+
+
+def _outermost(corners: np.ndarray) -> np.ndarray:
+    """Give the corners of a hull that lie outermost in one of `DIRECTIONS` directions.
+
+    Thousands of faces look no rounder, and each is a path in the file.
+    """
+    i = np.arange(DIRECTIONS) + 0.5
+    height, turn = 1.0 - 2.0 * i / DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * i
+    across = np.sqrt(1.0 - height**2)
+    ways = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1)
+    return corners[np.unique((corners @ ways.T).argmax(axis=0))]
 
 
 def _surface(shape: Shape) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

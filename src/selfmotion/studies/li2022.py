@@ -52,7 +52,8 @@ NUMBERS = (
               (1.7, 0.2), "ms"),
     Published("search_time", "Section IV-B", "two-phase search, a pose: mean, SD", (794.0, 89.0),
               "s"),
-    Published("error", "Table IV", "replication error on people: mean, SD", (3.73, 3.27), "deg"),
+    Published("error", "Table IV", "replication error on people: mean, SD", (3.73, 3.27), "deg",
+              "needs recorded people: --recordings DIR --study FILE.toml"),
 )  # fmt: skip
 
 # [Li2022] Table IV, as printed: errors (deg) that other studies report on their own people.

@@ -168,6 +168,7 @@ TOMMASINO2017 = (
 )
 
 _SPACE, _ABSENT = "Scenario 1: the workspace", "What cannot be compared"
+_ISLAND = "Scenario 1: over the shoulder"
 _SAGITTAL = "Scenario 2: circles in the sagittal plane"
 _CORONAL = "Scenario 3: circles in the coronal plane"
 DEBOON = (
@@ -210,13 +211,18 @@ DEBOON = (
     ),
     PaperFigure(
         "Fig 7",
-        "slice at z = 0",
+        "slice at z = 0, with an island over the shoulder",
         OWN,
-        _SPACE,
+        _ISLAND,
         "as the set that is reached: a hull overstates a hollow slice",
     ),
-    PaperFigure("Fig 8", "slices above", OWN, _SPACE, "without the head's cut-out"),
-    PaperFigure("Fig 9", "slices below", OWN, _SPACE, "without the torso's cut-out"),
+    PaperFigure(
+        "Figs 8, 9",
+        "slices above and below, with cut-outs of the body",
+        OWN,
+        _SPACE,
+        "cut out by shapes of our own: the paper gives no sizes",
+    ),
     PaperFigure(
         "Fig 10", "arcs of the sagittal device", OWN, _SAGITTAL, "the notch's place is not printed"
     ),

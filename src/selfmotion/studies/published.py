@@ -22,6 +22,7 @@ class Published:
         quantity: what it is, in words.
         values: the printed numbers; True where the paper says that something is so.
         unit: their unit; empty for a pure number.
+        needs: what ours would need, where it may be missing.
     """
 
     key: str
@@ -29,6 +30,7 @@ class Published:
     quantity: str
     values: tuple[float, ...]
     unit: str = ""
+    needs: str = ""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def beside(published: tuple[Published, ...], ours: tuple[Ours, ...]) -> pd.DataF
                 "ours": as_text(o.values) if o else "",
                 "comparable": o.comparable if o else False,
                 "kind": o.kind if o else "not computed",
-                "note": o.note if o else "",
+                "note": o.note if o else p.needs,
             }
         )
     return pd.DataFrame(rows)
