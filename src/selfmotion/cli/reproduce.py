@@ -369,7 +369,7 @@ def with_kinds(numbers: "pd.DataFrame") -> "pd.DataFrame":
         comparable=known,
         kind=[TAKEN if k else "published number not at hand" for k in known],
     )
-    return table[[name for name in table if name != "note"] + ["note"]]
+    return table.reindex(columns=[*table.columns.drop("note"), "note"])
 
 
 def shown(table: "pd.DataFrame") -> "pd.DataFrame":
