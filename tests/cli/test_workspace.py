@@ -271,3 +271,14 @@ def test_rows_with_gaps_keep_their_place_when_mapped(tmp_path: Path, capsys: Cap
     assert [row["share"] is None for row in found["points"]] == [False, True, False]
     assert found["points"][1]["image"] == [None] * 3
     assert "Rows with gaps: 1" in found["status"]
+
+
+def test_the_arm_can_be_kept_out_of_the_body_too(capsys: Capture) -> None:
+    words = ("workspace", *SPLINT, "--compare", *QUICK, "--slice", "2", "--arm-outside")
+    assert "--arm-outside: name the body" in refused(capsys, *words)
+    found = answered(capsys, *words, "--body", "seated", "--points", "64")
+    taken = found["taken_off_percent"]
+    assert 0 <= taken["limited"] < 20 and 0 <= taken["free"] < 20 and taken["lost"] is None
+    volume = found["volume_m3"]
+    assert volume["lost"] == pytest.approx(volume["free"] - volume["limited"])
+    assert found["provenance"]["choices"]["arm_outside"] is True

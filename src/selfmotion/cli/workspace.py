@@ -25,7 +25,7 @@ from selfmotion.cli.subject import Subject, read_subject
 from selfmotion.cli.subject_arms import PersonArms, RangeFiles, SideName, Typed, person_arms
 from selfmotion.cli.subject_toml import subject_toml
 from selfmotion.cli.workspace_details import details_of
-from selfmotion.cli.workspace_document import WorkspaceDocument, as_text, document_of
+from selfmotion.cli.workspace_document import WorkspaceDocument, as_text, document_of, taken_off
 from selfmotion.cli.workspace_extras import ExtraChoices, Extras, extras_of
 from selfmotion.cli.workspace_held import CircleText, HeldChoices, HoldText
 from selfmotion.cli.workspace_mapping import MapEnvelope, MapPoints, MapTo
@@ -87,6 +87,14 @@ def workspace(
         ),
     ] = 8,
     body: BodyChoice = None,
+    arm_outside: Annotated[
+        bool,
+        typer.Option(
+            "--arm-outside",
+            help="Count a place only where a posture was found whose upper arm and forearm keep "
+            "out of the body, too.",
+        ),
+    ] = False,
     maps: MapNames = None,
     map_step: MapStep = None,
     hold: HoldText = None,
@@ -131,6 +139,8 @@ def workspace(
         raise RangeError(
             "--compare: name the limits with --limit or --ranges, or impairments in --subject"
         )
+    if arm_outside and person.body is None:
+        raise RangeError("--arm-outside: name the body with --body, or in --subject")
     options = WorkspaceOptions(n_points=points, shifts=shifts, threads=threads_for(jobs))
     # Without --compare the limited arm alone is looked at, under its own name.
     alone = None if compare else person.limited
@@ -142,6 +152,12 @@ def workspace(
         options=options,
         rng=np.random.default_rng(seed),
     )
+    taken = None
+    if arm_outside and person.body is not None:
+        from selfmotion.methods.reaching.clear_arm import clear_of_body
+
+        space, hand = clear_of_body(space, person.body), space
+        taken = taken_off(hand, space, "free" if alone is None else "limited")
     space = replace(space, provenance=provenance_of(space, (seed, person.posture), subject))
     name = "free" if alone is None else "limited"
     found = None
@@ -149,9 +165,10 @@ def workspace(
         from selfmotion.methods.reaching.details import workspace_details
 
         chosen = (person.regions, person.body, person.stature)
-        found = workspace_details(space, *chosen, rng=np.random.default_rng(seed))
+        draw = np.random.default_rng(seed)
+        found = workspace_details(space, *chosen, arm_outside=arm_outside, rng=draw)
     told = None if found is None else details_of(found, name)
-    document = document_of(space, name, person, told)
+    document = document_of(space, name, person, told, taken)
     extras = extras_of(space, name, person, extra)
     document = with_extras(document, extras)
     written = [] if out is None else save_all(document, space, person, out)
@@ -169,6 +186,7 @@ def workspace(
             person.body,
             alone is not None,
             person.stature,
+            arm_outside,
         )
         written.append(
             write_workspace_report(report, space, shown, found, more=extras.sections(space))

@@ -94,6 +94,8 @@ class WorkspaceDocument(Document, frozen=True, tag="selfmotion/workspace/1", kw_
     """Volumes (m³) with standard errors; null what was not asked for. Limits in radians.
 
     The hull does not respect the body: it also counts what the body, and hollows, take.
+    `taken_off_percent` is what --arm-outside took off what the hand reaches: places for which no
+    posture was found whose upper arm and forearm keep out of the body.
     """
 
     arm: str
@@ -113,11 +115,34 @@ class WorkspaceDocument(Document, frozen=True, tag="selfmotion/workspace/1", kw_
     held: list[Held] = []
     circles: list[Circle] = []
     mapping: Mapping | None = None
+    taken_off_percent: Regions | None = None
     status: str
 
 
+def taken_off(hand: "Workspace", arm: "Workspace", name: str) -> Regions:
+    """Give the share (%) that is lost if the arm, too, keeps out of the body.
+
+    Args:
+        hand: where the hand keeps out.
+        arm: the same, where upper arm and forearm do.
+        name: what the workspace calls free.
+    """
+    names = {"free": name, "limited": "limited"}
+    shares = {}
+    for key in hand.regions:
+        if key != "lost":
+            whole = hand.regions[key].volume
+            left = arm.regions[key].volume
+            shares[names[key]] = 100.0 * (1.0 - left / whole) if whole else None
+    return Regions(**shares)
+
+
 def document_of(
-    space: "Workspace", name: str, person: PersonArms, details: Details | None = None
+    space: "Workspace",
+    name: str,
+    person: PersonArms,
+    details: Details | None = None,
+    taken: Regions | None = None,
 ) -> WorkspaceDocument:
     """Give the document; `name` is what the workspace calls free."""
     free, limited = person.free, person.limited
@@ -162,6 +187,7 @@ def document_of(
         slices=slices,
         recording=None,
         details=details,
+        taken_off_percent=taken,
         status=space.summary()
         if name == "free"
         else "The arm with its limits alone; --compare adds the free arm, and what is lost.",
@@ -195,6 +221,10 @@ def as_text(document: WorkspaceDocument) -> str:
             if (value := getattr(part.area_m2, key)) is not None
         )
         lines.append(f"slice z = {1e3 * part.z:+.0f} mm: {areas} cm²")
+    taken = document.taken_off_percent
+    for key in ("free", "limited"):
+        if taken is not None and (share := getattr(taken, key)) is not None:
+            lines.append(f"{key}: {share:.1f} % taken off, no posture clear of the body")
     if document.details is not None:
         lines += details_text(document.details)
     if document.recording is not None:

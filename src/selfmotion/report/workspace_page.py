@@ -277,6 +277,11 @@ def assumed_section(space: Workspace, person: PagePerson, details: WorkspaceDeta
             f"The body ({body_words(person)}) is made of simple shapes; the hand may not be inside "
             "it."
         )
+    if person.arm_outside:
+        points.append(
+            "A place counts only where a posture was found that keeps upper arm and forearm out of "
+            "chest, neck and head, too. What stops the hand is told of the hand alone."
+        )
     for name, share in details.enters_body.items():
         points.append(
             f"{set_title(name, person)}: for {1e2 * share.part:.1f} ± "

@@ -38,6 +38,7 @@ class PagePerson:
         shapes: the body that was cut out; None where none was.
         alone: whether only the limited arm was looked at.
         stature: m; None: from the arm's lengths.
+        arm_outside: whether places count only where the arm keeps out of the body, too.
     """
 
     name: str
@@ -47,6 +48,7 @@ class PagePerson:
     shapes: BodyShapes | None = None
     alone: bool = False
     stature: float | None = None
+    arm_outside: bool = False
 
     @property
     def cut_out(self) -> bool:

@@ -22,7 +22,7 @@ class WorkspaceDetails:
         boundary: "free", and with a limited arm "limited": which limits bound it.
         regained: joint to what it alone would give back; empty without a limited arm.
         enters_body: "free" and "limited": the part for which no posture was found that keeps the
-            arm out of the body; empty without a body.
+            arm out of the body; empty without a body, or where such places were left out.
         cuts: through the shoulder from front to back, and before the body.
         slices: those of the workspace, with the limits that bound them.
     """
@@ -41,6 +41,7 @@ def workspace_details(
     body: BodyShapes | None = None,
     stature: float | None = None,
     *,
+    arm_outside: bool = False,
     rng: np.random.Generator | None = None,
 ) -> WorkspaceDetails:
     """Find what bounds a workspace, how named regions fare, and what each joint takes away.
@@ -50,6 +51,8 @@ def workspace_details(
         regions: named places.
         body: the shapes whose inside was `blocked`.
         stature: of the person (m); left out: from the arm's lengths.
+        arm_outside: whether the workspace is one of `clear_of_body`: then places count here, too,
+            only where the arm keeps out of the body. What bounds is told of the hand all the same.
         rng: moves the points; left out: ``np.random.default_rng(0)``.
 
     Raises:
@@ -66,24 +69,26 @@ def workspace_details(
     draw = np.random.default_rng(0) if rng is None else rng
     names = ("limited", "free")[-len(space.screens) :]
     screens = dict(sorted(zip(names, space.screens, strict=True)))
+    clear_of = body if arm_outside else None
     regained = {}
     if space.limited_arm is not None:
         lost = space.regions["lost"]
         same = np.array_equal(space.arm.lower, space.limited_arm.lower) and np.array_equal(
             space.arm.upper, space.limited_arm.upper
         )
-        regained = {} if same else regained_by_joint(space.arm, space.limited_arm, lost)
+        if not same:
+            regained = regained_by_joint(space.arm, space.limited_arm, lost, clear_of=clear_of)
     entering = {}
-    if body is not None:
+    if body is not None and not arm_outside:
         entering = {
             name: share_without_body(screen, space.regions[name], body)
             for name, screen in screens.items()
         }
     return WorkspaceDetails(
-        region_reach(space, regions, stature=stature, rng=draw),
+        region_reach(space, regions, stature=stature, clear_of=clear_of, rng=draw),
         {name: boundary_limits(s, body=body, rng=draw) for name, s in screens.items()},
         regained,
         entering,
-        body_cuts(space, rng=draw),
+        body_cuts(space, clear_of=clear_of, rng=draw),
         bounded_slices(space, rng=draw),
     )

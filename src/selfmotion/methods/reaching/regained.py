@@ -9,14 +9,14 @@ from selfmotion.arrays import freeze
 from selfmotion.errors import RangeError
 from selfmotion.kinematics.arm import Arm
 from selfmotion.kinematics.body_shapes import BodyShapes
-from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
-from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits
+from selfmotion.methods.joint_limited_ik import solve_ik
+from selfmotion.methods.reaching.clear_arm import clear_places
 from selfmotion.methods.reaching.ik_tasks import HandRows
-from selfmotion.methods.reaching.screen import REACHED, ReachScreen, reach_options
+from selfmotion.methods.reaching.screen import ReachScreen, reach_options
 from selfmotion.methods.reaching.volumes import Region
 
-# Points that are looked at again at most, and starts from which a clear posture is looked for.
-MOST, TRIES = 4096, 12
+# Points that are looked at again at most.
+MOST = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,9 @@ class Share:
     points: int
 
 
-def regained_by_joint(free: Arm, limited: Arm, lost: Region) -> dict[str, Share]:
+def regained_by_joint(
+    free: Arm, limited: Arm, lost: Region, *, clear_of: BodyShapes | None = None
+) -> dict[str, Share]:
     """Give how much of the lost region comes back if one joint alone had its free range.
 
     The parts need not add up to the whole: a point may need two joints at once, or either.
@@ -45,6 +47,7 @@ def regained_by_joint(free: Arm, limited: Arm, lost: Region) -> dict[str, Share]
         free: the arm with its free ranges.
         limited: the same arm with narrower ranges.
         lost: what the limits take away, of `workspace`.
+        clear_of: body that the arm has to keep out of, too; left out: it need not.
 
     Returns:
         Joint name to the part that comes back, for each joint whose range is narrower.
@@ -70,8 +73,10 @@ def regained_by_joint(free: Arm, limited: Arm, lost: Region) -> dict[str, Share]
         joint = free.joints[j]
         arm = limited.with_limits({joint: (float(free.lower[j]), float(free.upper[j]))})
         back = np.zeros(len(points), dtype=np.bool_)
-        if len(points):
-            task = HandRows(arm, ("x", "y", "z"))
+        task = HandRows(arm, ("x", "y", "z"))
+        if len(points) and clear_of is not None:
+            back = clear_places(task, points, clear_of)
+        elif len(points):
             back = solve_ik(task, points, options=reach_options()).solved
         out[joint] = share_of(back, lost.volume)
     return out
@@ -89,26 +94,8 @@ def share_without_body(screen: ReachScreen, region: Region, body: BodyShapes) ->
         region: what it reaches.
         body: shapes; thorax, neck and head count (see `BodyShapes.clearance`).
     """
-    arm = screen.task.arm
-    clear = body.clearance(arm)
-    points = some(region.points[region.inside], MOST // 2)
-    left = np.arange(len(points))
-    starts = evenly(TRIES, *finite_limits(arm))
-    once = IkOptions(position_tolerance=REACHED, restarts=0)
-    for k in range(TRIES + 1):
-        if not len(left):
-            break
-        options = reach_options() if k == 0 else once
-        first = None if k == 0 else starts[k - 1]
-        found = solve_ik(
-            screen.task, points[left], start=first, seeds=screen.seeds, options=options
-        )
-        free = found.solved.copy()
-        free[free] = clear(found.q[free]) >= 0.0
-        left = left[~free]
-    entered = np.zeros(len(points), dtype=np.bool_)
-    entered[left] = True
-    return share_of(entered, region.volume)
+    points = some(region.points[region.inside], MOST // 4)
+    return share_of(~clear_places(screen.task, points, body), region.volume)
 
 
 def some(points: Float[np.ndarray, "points 3"], most: int = MOST) -> Float[np.ndarray, "chosen 3"]:

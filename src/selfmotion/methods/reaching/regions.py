@@ -18,11 +18,11 @@ from jaxtyping import Bool, Float
 from selfmotion.arrays import freeze
 from selfmotion.errors import RangeError, unknown_name
 from selfmotion.kinematics.body_frame import BodyFrame
+from selfmotion.kinematics.body_shapes import BodyShapes
 from selfmotion.kinematics.forward import tip_positions
-from selfmotion.methods.joint_limited_ik import IkOptions, solve_ik
+from selfmotion.methods.reaching.clear_arm import clear_places
 from selfmotion.methods.reaching.ik_seeds import evenly, finite_limits
-from selfmotion.methods.reaching.screen import REACHED, ReachScreen, reach_options
-from selfmotion.methods.reaching.self_motion_search import climb
+from selfmotion.methods.reaching.screen import ReachScreen, reach_options
 from selfmotion.methods.reaching.volumes import (
     Draw,
     PlacedBox,
@@ -30,14 +30,13 @@ from selfmotion.methods.reaching.volumes import (
     extent,
     shifted_points,
 )
+from selfmotion.methods.reaching.ways import Wanted, with_posture
 from selfmotion.methods.workspace import Workspace
 
 Way = Literal["any", "over", "under"]
 WAYS: tuple[Way, ...] = ("any", "over", "under")
 # Postures that lead to a region its way: so many are tried from, chosen among so many.
-STARTS, POSTURES = 2, 4000
-# An elbow this far above (or below) the shoulder has gone its way (m).
-ENOUGH = 1e-3
+STARTS, CLIMBS, POSTURES = 10, 2, 4000
 OPEN = np.inf
 
 
@@ -131,6 +130,7 @@ def region_reach(
     *,
     n_points: int = 256,
     stature: float | None = None,
+    clear_of: BodyShapes | None = None,
     rng: np.random.Generator | None = None,
 ) -> tuple[RegionReach, ...]:
     """Find how much of each named region a workspace holds, by points of its own.
@@ -140,6 +140,7 @@ def region_reach(
         regions: which.
         n_points: points of one shift in a region.
         stature: of the person (m); left out: from the arm's lengths.
+        clear_of: body that the arm has to keep out of, too; left out: it need not.
         rng: draws the shifts; left out: ``np.random.default_rng(0)``.
 
     Raises:
@@ -162,11 +163,15 @@ def region_reach(
         np.random.default_rng(0) if rng is None else rng,
     )
     frame = BodyFrame.of(space.arm, stature)
-    return tuple(_reach(space.screens, region, frame, draw) for region in regions)
+    return tuple(_reach(space.screens, region, frame, draw, clear_of) for region in regions)
 
 
 def _reach(
-    screens: tuple[ReachScreen, ...], region: NamedRegion, frame: BodyFrame, draw: Draw
+    screens: tuple[ReachScreen, ...],
+    region: NamedRegion,
+    frame: BodyFrame,
+    draw: Draw,
+    clear_of: BodyShapes | None,
 ) -> RegionReach:
     """Decide points of one region, for the limited arm first."""
     box = _box(screens[-1], region, frame)
@@ -179,7 +184,7 @@ def _reach(
     sets: dict[str, Region] = {}
     for name, screen in zip(("limited", "free")[-len(screens) :], screens, strict=True):
         rows = np.flatnonzero(counts & ~inside)
-        inside[rows] = decide_way(screen, points[rows], region.way, frame, draw.threads)
+        inside[rows] = decide_way(screen, points[rows], region.way, frame, draw.threads, clear_of)
         sets[name] = Region(name, points, freeze(inside.copy()), shift, box.volume)
     if "limited" in sets:
         lost = freeze(sets["free"].inside & ~sets["limited"].inside)
@@ -194,6 +199,7 @@ def decide_way(
     way: Way,
     frame: BodyFrame,
     threads: int,
+    clear_of: BodyShapes | None = None,
 ) -> Bool[np.ndarray, " points"]:
     """Tell which points (K, 3) are reached, and if the way matters, that way.
 
@@ -204,34 +210,32 @@ def decide_way(
     from scipy.spatial import KDTree
 
     reach = screen.decide(points, options=reach_options(threads=threads))
-    if way == "any" or not reach.reachable.any():
+    if not reach.reachable.any() or (way == "any" and clear_of is None):
         return reach.reachable.copy()
+    if way == "any" and clear_of is not None:
+        return clear_places(screen.task, points, clear_of, threads=threads)
     arm = screen.task.arm
+    clear = None if clear_of is None else clear_of.clearance(arm)
     sign = 1.0 if way == "over" else -1.0
 
     def height(q: Float[np.ndarray, "samples coords"]) -> np.ndarray:
-        """Give how far the elbow is on the right side of the shoulder (m), `ENOUGH` at most."""
+        """Give how far the elbow is on the right side of the shoulder, and the arm clear (m)."""
         places = tip_positions(arm.chain, q, [arm.tip("shoulder"), arm.tip("elbow")])
-        return np.minimum(sign * ((places[:, 1] - places[:, 0]) @ frame.axes[:, 2]), ENOUGH)
+        up = sign * ((places[:, 1] - places[:, 0]) @ frame.axes[:, 2])
+        return up if clear is None else np.minimum(up, clear(q))
 
-    out = np.zeros(len(points), dtype=np.bool_)
-
-    def climb_from(rows: np.ndarray, q: np.ndarray) -> None:
-        out[rows] = climb(screen.task, points[rows], q, height)[1] > 0
-
-    rows = np.flatnonzero(reach.reachable)
-    climb_from(rows, reach.q[rows])
     postures = evenly(POSTURES, *finite_limits(arm))
     postures = postures[height(postures) > 0]
     hands = tip_positions(arm.chain, postures, [arm.tip(screen.task.landmark)])[:, 0]
-    once = IkOptions(position_tolerance=REACHED, restarts=0, threads=threads)
-    for k in range(min(STARTS, len(postures))):
-        rows = np.flatnonzero(reach.reachable & ~out)
-        if not len(rows):
-            break
-        near = np.reshape(KDTree(hands).query(points[rows], k=k + 1)[1], (len(rows), -1))[:, k]
-        found = solve_ik(screen.task, points[rows], start=postures[near], options=once)
-        climb_from(rows[found.solved], found.q[found.solved])
+
+    tree, count = KDTree(hands), len(postures)
+
+    def near(x: np.ndarray, k: int) -> np.ndarray:
+        return postures[np.reshape(tree.query(x, k=k + 1)[1], (len(x), -1))[:, k]]
+
+    wanted = Wanted(height, near, min(STARTS, count), min(CLIMBS, count))
+    out, rows = np.zeros(len(points), dtype=np.bool_), np.flatnonzero(reach.reachable)
+    out[rows] = with_posture(screen.task, points[rows], reach.q[rows], wanted, threads=threads)
     return out
 
 

@@ -3,13 +3,15 @@
 Axes are the person's right, forward and up (`BodyFrame`), from the ground's origin.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from selfmotion.kinematics.body_frame import BodyFrame
+from selfmotion.kinematics.body_shapes import BodyShapes
 from selfmotion.methods.reaching.boundary import BoundaryLimits, boundary_limits
+from selfmotion.methods.reaching.clear_arm import clear_regions
 from selfmotion.methods.reaching.volumes import Draw, PlacedBox, Region, decide_box, extent
 from selfmotion.methods.workspace import Slice, Workspace
 
@@ -42,11 +44,17 @@ class PlaneCut:
     boundary: BoundaryLimits | None
 
 
-def body_cuts(space: Workspace, *, rng: np.random.Generator | None = None) -> tuple[PlaneCut, ...]:
+def body_cuts(
+    space: Workspace,
+    *,
+    clear_of: BodyShapes | None = None,
+    rng: np.random.Generator | None = None,
+) -> tuple[PlaneCut, ...]:
     """Cut a workspace through the shoulder from front to back, and before the body.
 
     Args:
         space: of `workspace`.
+        clear_of: body that the arm has to keep out of, too; left out: it need not.
         rng: moves the points; left out: ``np.random.default_rng(0)``.
 
     Example:
@@ -60,7 +68,7 @@ def body_cuts(space: Workspace, *, rng: np.random.Generator | None = None) -> tu
     beside, ahead, _ = (frame.shoulder @ frame.axes).tolist()
     front = ahead + FRONT * frame.stature
     draw = np.random.default_rng(0) if rng is None else rng
-    return (
+    cuts = (
         _cut(space, "through the shoulder, from the side", RIGHT, beside, draw),
         _cut(
             space,
@@ -69,6 +77,11 @@ def body_cuts(space: Workspace, *, rng: np.random.Generator | None = None) -> tu
             front,
             draw,
         ),
+    )
+    if clear_of is None:
+        return cuts
+    return tuple(
+        replace(cut, regions=clear_regions(space.screens, cut.regions, clear_of)) for cut in cuts
     )
 
 
