@@ -39,7 +39,7 @@ def test_four_fingers_reach_the_bounds_of_the_index():
 
 def test_isotropic_variance_is_no_synergy():
     rng = np.random.default_rng(0)
-    found = manifold_variance(trials(rng.standard_normal((4000, 4)), rng.standard_normal((2, 4))))
+    found = manifold_variance(trials(rng.standard_normal((1000, 4)), rng.standard_normal((2, 4))))
     assert abs(found.synergy[0]) < 0.1
     np.testing.assert_allclose(found.along[0], 1.0, atol=0.06)
 
