@@ -101,8 +101,8 @@ def hybrid_section(made: Reproduction) -> Section:
                 "errors of the closed form (mean of a pose) and after refinement (greatest of a "
                 "pose): box quartiles, whiskers extremes. The paper shows this as a figure and "
                 f"prints no number; here refinement ends at {format_number(refined, 1)} mm. The "
-                "tail of A: poses with the elbow nearly straight or the hand below the shoulder, "
-                "where millimetres turn the swivel angle far.",
+                "tail of A: far poses with the elbow nearly straight, where the shoulder centre, "
+                "which moves, turns the swivel angle far.",
                 "Swivel uncertainty, and errors of hand position and orientation",
             ),
         ),

@@ -11,6 +11,16 @@ from selfmotion.studies.li2022_people import COORDINATES, LAW_ON_PEOPLE, LiOnPeo
 
 # Mean and standard deviation of the paper's error (deg).
 PUBLISHED = LAW_ON_PEOPLE.values
+# What stands above the columns of `LiOnPeople.table_iv`.
+TABLE_HEADER = [
+    "study",
+    "assumption",
+    "published (deg)",
+    "predictor here",
+    "mean ± SD (deg)",
+    "over people (deg)",
+    "note",
+]
 # Hands lower than this from the shoulder are far below it (m).
 FAR_BELOW = -0.1
 
@@ -44,7 +54,7 @@ def people_sections(found: LiOnPeople) -> list[Section]:
             ),
             tables=(
                 Table(
-                    found.table_iv,
+                    found.table_iv.set_axis(TABLE_HEADER, axis=1),
                     "Table IV beside ours (deg): mean ± standard deviation over moments, and mean "
                     "over people with its 95 % interval.",
                 ),
