@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SEEDS, NEIGHBOURS, MOST_STEPS = 2, 6, 40
 # A point still missed by this (m) is tried from so many postures at the ends of ranges as well: it
 # will speak for all around it.
-AWAY, AT_ENDS = 0.01, 6
+AWAY, AT_ENDS = 0.02, 6
 
 
 def decide_nearby(

@@ -187,12 +187,11 @@ class ReachScreen:
         """Give a screen that also knows the balls around points just found out of reach.
 
         It knows, too, where the hand came on the way to them, and to those that were reached; no
-        ball, not even an old one, comes near that.
+        new ball comes near that.
         """
         out = ~reach.reachable & np.isfinite(reach.distance)
         points, radius = reach.points[out], (1.0 - MARGIN_PART) * reach.distance[out]
         radius = np.minimum(radius, self._known.query(points)[0]) - MARGIN
-        centres, radii = np.concatenate([self.centres, points]), np.append(self.radii, radius)
         hands, postures, tree = self.hands, self.postures, None
         if not self.task.angles:  # elsewhere a hand may be at a point, but turned
             hands = np.concatenate(
@@ -200,14 +199,14 @@ class ReachScreen:
             )
             postures = np.concatenate([postures, reach.q[reach.reachable], reach.q[out]])
             tree = _quick_tree(hands)
-            radii = np.minimum(radii, tree.query(centres)[0] - MARGIN)
-        kept = radii > 0
+            radius = np.minimum(radius, tree.query(points)[0] - MARGIN)
+        new = radius > 0
         learned = replace(
             self,
             hands=freeze(hands),
             postures=freeze(postures),
-            centres=freeze(centres[kept]),
-            radii=freeze(radii[kept]),
+            centres=freeze(np.concatenate([self.centres, points[new]])),
+            radii=freeze(np.concatenate([self.radii, radius[new]])),
         )
         learned.__dict__["_known"] = self._known  # the same arm: found once
         if tree is not None:
