@@ -10,6 +10,7 @@ from selfmotion.motion.files.describe import describe, gap_lengths
 from selfmotion.motion.files.npz import write_npz
 from selfmotion.motion.files.trc import write_trc
 from selfmotion.motion.markers import MarkerSet
+from tests.cli.golden import ROOT
 from tests.cli.running import answered
 
 Capture = pytest.CaptureFixture[str]
@@ -116,3 +117,8 @@ def test_gap_lengths_by_hand() -> None:
     assert gap_lengths(np.array([], dtype=bool)) == (0, 0)
     assert gap_lengths(np.array([True] * 3)) == (3, 3)
     assert gap_lengths(np.array([False, True, False, True, True])) == (3, 2)
+
+
+def test_a_study_file_among_recordings_is_left_aside(capsys: Capture) -> None:
+    told = answered(capsys, "validate", ROOT / "examples" / "study")
+    assert {Path(f["file"]).suffix for f in told["files"]} == {".csv"}

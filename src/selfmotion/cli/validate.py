@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 OK = "ok"
 # What lies beside recordings and says something about them: no recording itself.
-BESIDE = ("_motion.json", "_channels.json", "_channels.tsv", ".md")
+BESIDE = ("_motion.json", "_channels.json", "_channels.tsv", ".md", ".toml")
 
 
 class GapEntry(Part, frozen=True):
@@ -115,7 +115,7 @@ def expand(paths: list[Path]) -> list[Path]:
     """Give the files meant; a folder stands for all files below it, sorted, but for hidden ones.
 
     Of several files those that only say something about others are left aside: the companions of
-    Motion-BIDS, which are read with their recording, and README.md.
+    Motion-BIDS, which are read with their recording, README.md and study files (.toml).
 
     Raises:
         FileFormatError: nothing stands at a path, or a folder is empty.

@@ -13,7 +13,6 @@ be held against it. The wrist's own joints turn with the reach and move nothing 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -34,9 +33,6 @@ from selfmotion.redundancy.projection import project
 from selfmotion.redundancy.task import Position
 from selfmotion.studies.donders_postures import LAW_JOINTS
 from selfmotion.studies.simulated_people import ReachingProtocol, smooth_noise
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 SUBJECT = "P1"
 # The joints that carry the wrist: stiffness (N m/rad; trace 4 for the law's four), rest (degrees).
@@ -98,19 +94,17 @@ class SimulatedPerson:
     weights: Float[np.ndarray, " joints"]
     law: JointLaw
 
-    def truth(self) -> "pd.DataFrame":
-        """Give a table of what is known, one row a joint; NaN where the law has no such joint."""
-        import pandas as pd
-
-        outside = [np.nan] * (len(JOINTS) - self.law.n_joints)
-        return pd.DataFrame(
-            {
-                "joint": JOINTS,
-                "weight": self.weights,
-                "stiffness": [*outside, *np.diag(self.law.stiffness)],
-                "rest_deg": [*outside, *np.degrees(self.law.rest)],
-            }
-        )
+    def truth(self) -> str:
+        """Write what is known as TOML."""
+        parts = {
+            "weights": zip(JOINTS, self.weights, strict=True),
+            "stiffness": zip(LAW_JOINTS, np.diag(self.law.stiffness), strict=True),
+            "rest_deg": zip(LAW_JOINTS, np.degrees(self.law.rest), strict=True),
+        }
+        lines = ["# What generated these movements: to hold the report of `person` against."]
+        for name, pairs in parts.items():
+            lines += ["", f"[{name}]", *(f"{joint} = {value:.6g}" for joint, value in pairs)]
+        return "\n".join(lines) + "\n"
 
 
 def simulate_person(
@@ -151,7 +145,7 @@ def write_person(person: SimulatedPerson, folder: Path) -> list[Path]:
     )
     files = [
         write_whole(folder / "study.toml", STUDY + rules),
-        write_whole(folder / "truth.csv", person.truth().round(6).to_csv(index=False)),
+        write_whole(folder / "truth.toml", person.truth()),
     ]
     static = person.capture.static.window(0, 5)
     for name, markers in [("static", static)] + [
