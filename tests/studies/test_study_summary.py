@@ -43,7 +43,7 @@ def test_spread_within_and_between_by_hand():
 def test_intervals_hold_the_truth_as_often_as_they_say():
     rng = np.random.default_rng(3)
     held = []
-    for _ in range(300):
+    for _ in range(150):
         centres = rng.normal(40.0, 9.0, 8)
         table = trials(
             {str(i): (c + 3.0 * rng.standard_normal(5)).tolist() for i, c in enumerate(centres)}

@@ -81,6 +81,7 @@ def test_jacobians_belong_to_the_postures(screen):
     np.testing.assert_allclose(moved / step, recording.array("xd"), atol=1e-4)
 
 
-def test_same_seed_same_people(screen):
-    again = simulate_screen(hip_shoulder_elbow(), short_protocol(), rng=np.random.default_rng(4))
-    np.testing.assert_array_equal(again.study[7].array("q"), screen.study[7].array("q"))
+def test_same_seed_same_people():
+    arm, few = hip_shoulder_elbow(), short_protocol(n_people=1, n_targets=1)
+    one, two = (simulate_screen(arm, few, rng=np.random.default_rng(4)).study for _ in range(2))
+    np.testing.assert_array_equal(one[3].array("q"), two[3].array("q"))
