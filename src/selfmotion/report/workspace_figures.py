@@ -94,7 +94,8 @@ def hulls_figure(space: Workspace, body: BodyShapes | None = None) -> Figure:
                 ax.plot_surface(*_surface(shape), color=BASELINE, alpha=0.9, linewidth=0)
         _square(ax, space.hull("free"))
         ax.view_init(elev=height, azim=turn)
-        ax.set(title=title, xlabel="x, right (m)", ylabel="y, forward (m)")
+        ax.set(xlabel="x, right (m)", ylabel="y, forward (m)")
+        ax.set_title(title, y=0.94)
         ax.zaxis.set_rotate_label(False)
         ax.set_zlabel("z, up (m)", rotation=90)
     handles = [
