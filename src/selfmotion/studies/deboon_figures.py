@@ -26,7 +26,7 @@ def counterparts(made: DeBoonStudy) -> pd.DataFrame:
             "Fig. 5",
             "recorded ranges of motion",
             "none",
-            "recordings not public; `workspace --ranges` reads such recordings",
+            "recordings not public; workspace --ranges reads such recordings",
         ),
         (
             "Fig. 6",
