@@ -36,7 +36,7 @@ def checked_rows(held: Mapping[str, float]) -> dict[str, float]:
             raise unknown_name("row", row, ROWS)
         require_finite(row, np.array([value]))
     if set(POSITION) <= set(held):
-        raise RangeError("x, y and z are all held: a single place has no workspace; use solve_ik")
+        raise RangeError("x, y and z are all held: one place is no workspace, ask ik for it")
     return {row: float(held[row]) for row in ROWS if row in held}
 
 
