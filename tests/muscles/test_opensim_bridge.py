@@ -1,6 +1,8 @@
 """These need the extra `opensim`; those with the reference model need its files too."""
 
 import resource
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from selfmotion.muscles.opensim_bridge import read_osim
 from selfmotion.muscles.osim_reader import model_coordinates
 from selfmotion.muscles.static_optimization import muscle_effort
 from selfmotion.redundancy.refine import pose_from_quaternion
+from tests.motion.c3d_files import written
 
 from .osim_models import MIDDLE, TIME, small_arm, static_optimization
 
@@ -169,3 +172,20 @@ def test_what_is_no_model_is_refused_in_one_line(file, tmp_path):
     assert "\n" not in str(error.value)
     with pytest.raises(UnknownNameError, match="unknown body for the landmark elbow"):
         read_osim(file, landmarks={"elbow": "femur"})
+
+
+AFTER_C3D = """
+import sys
+from selfmotion.motion.files.c3d import read_c3d
+from selfmotion.muscles.opensim_bridge import read_osim
+read_c3d(sys.argv[1])
+print(read_osim(sys.argv[2]).arm.n_joints)
+"""
+
+
+def test_a_model_is_read_in_a_process_that_has_read_c3d(file, tmp_path):
+    """Both libraries bring the same C++ types to Python, and the first to come wins."""
+    recording, _ = written(tmp_path)
+    command = [sys.executable, "-c", AFTER_C3D, str(recording), str(file)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.stdout.split() == ["2"], ended.stderr

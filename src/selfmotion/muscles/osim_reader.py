@@ -207,9 +207,8 @@ class OsimReader:
             spline = osim.SimmSpline.safeDownCast(function)
             knots = np.array([spline.getX(i) for i in range(spline.getSize())])
             values = np.array([spline.calcValue(osim.Vector(1, float(x))) for x in knots])
-            order = osim.StdVectorInt()
-            order.append(0)
-            slopes = [spline.calcDerivative(order, osim.Vector(1, float(x))) for x in knots]
+            # A plain list: OpenSim's own vector of integers is refused where ezc3d is in use.
+            slopes = [spline.calcDerivative([0], osim.Vector(1, float(x))) for x in knots]
             return Curve(knots, values, np.array(slopes))
         raise ModelError(f"a function of kind {kind} is not represented")
 
