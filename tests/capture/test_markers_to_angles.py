@@ -11,6 +11,7 @@ from selfmotion.capture.simulated_markers import (
     LENGTHS,
     MarkerFaults,
     SimulatedCapture,
+    capture_of,
     simulate_markers,
 )
 from selfmotion.errors import SelfmotionError
@@ -41,6 +42,29 @@ def test_angles_come_back_within_half_a_degree_without_noise(side):
         assert np.abs(motion.ik.q - q).max() < HALF_A_DEGREE
         assert motion.recording.labels.side == side
         assert motion.recording.labels.condition == markers.labels.condition
+
+
+def test_the_girdle_counts_from_where_movements_start_and_the_rest_does_not_depend_on_it():
+    raised = np.deg2rad([3.0, 6.0])
+    exact = simulate_markers(rng=np.random.default_rng(3))
+    moved = [(m.labels, q) for m, q in zip(exact.movements, exact.angles, strict=True)]
+    for _, q in moved:
+        q[:, :2] += raised
+    capture = capture_of(exact.arm, moved, rng=np.random.default_rng(3))
+    person = calibrated(capture)
+    assert person.lengths["upper_arm"] == pytest.approx(LENGTHS["upper_arm"], abs=1e-3)
+    tips = [capture.arm.tip(name) for name in ("shoulder", "elbow", "wrist")]
+    for markers, q in zip(capture.movements, capture.angles, strict=True):
+        motion = angles_from_markers(person, markers)
+        wrong = motion.ik.q - q
+        np.testing.assert_allclose(motion.ik.q[0, :2], 0.0, atol=HALF_A_DEGREE)
+        np.testing.assert_allclose(wrong[:, 1], -raised[1], atol=HALF_A_DEGREE)
+        # What the girdle lacks the shoulder has more; beyond the shoulder nothing changes.
+        assert np.abs(wrong[:, 2:5]).max() > np.deg2rad(2.0)
+        assert np.abs(wrong[:, 5:]).max() < HALF_A_DEGREE
+        points = tip_positions(capture.arm.chain, q, tips)
+        wanted = swivel_angle(points[:, 0], points[:, 1], points[:, 2], down=[0, 0, -1])
+        np.testing.assert_allclose(motion.swivel, wanted, atol=HALF_A_DEGREE)
 
 
 def test_with_noise_skin_and_gaps_errors_stay_moderate_and_limits_hold():

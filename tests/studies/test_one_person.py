@@ -1,12 +1,23 @@
 """One person through all methods: a generated one, whose weights and law are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from selfmotion.arms import upper_limb_anatomical
+from selfmotion.capture.angles import angles_from_markers
+from selfmotion.capture.attach import attach_arm
+from selfmotion.capture.person import CaptureOptions, calibrate_person
+from selfmotion.capture.scaling import with_adult_ranges
+from selfmotion.capture.simulated_markers import RATE
 from selfmotion.kinematics.forward import tip_positions
 from selfmotion.kinematics.swivel import swivel_angle
 from selfmotion.methods.elasticity.posture import donders_postures
+from selfmotion.methods.identification import identify_weights
 from selfmotion.methods.passive.joint_law import JointLaw
+from selfmotion.motion.recording import Study
+from selfmotion.redundancy.task import Position
 from selfmotion.report.person_page import sentences, write_person_report
 from selfmotion.studies.donders_postures import LAW_JOINTS, postures_of
 from selfmotion.studies.one_person import analyse_one, filled_weights
@@ -38,6 +49,26 @@ def found(made, tmp_path_factory):
     return analyse_one(load_person(plan, study))
 
 
+def true_angles(made, found):
+    """Give the generated angles at the rate of the files, movement by movement as found."""
+    labels = [m.labels for m in made.capture.movements]
+    true = {
+        (m.condition, m.trial): q[::2] for m, q in zip(labels, made.capture.angles, strict=True)
+    }
+    return [true[m.labels.condition, m.labels.trial] for m in found.person.movements]
+
+
+def test_every_angle_comes_back_within_half_a_degree_from_exact_markers():
+    protocol = PersonProtocol(repeats=1, scatter=0.0, markers=0.0)
+    capture = simulate_person(protocol, rng=np.random.default_rng(2)).capture
+    # The girdle is at zero where movements start, from where calibration counts.
+    assert np.abs(np.degrees([q[0, :2] for q in capture.angles])).max() < 0.1
+    arm, raw = with_adult_ranges(upper_limb_anatomical()), CaptureOptions(cutoff=None)
+    person = calibrate_person(arm, capture.static, capture.movements, options=raw)
+    for markers, q in zip(capture.movements, capture.angles, strict=True):
+        assert np.degrees(np.abs(angles_from_markers(person, markers).ik.q - q)).max() < 0.5
+
+
 def test_angles_stay_inside_the_ranges_and_start_where_the_law_says(made):
     arm = made.capture.arm
     for q in made.capture.angles:
@@ -65,9 +96,19 @@ def test_every_part_is_there_and_nothing_is_missing(found):
 def test_weights_are_those_of_the_person(made, found):
     identified = dict(zip(found.weights.joints, found.weights.weights, strict=True))
     ratio = np.array([identified[joint] for joint in JOINTS]) / made.weights
-    # Calibration puts the girdle's zero 4° off, which turns the shoulder's axes: some ten per cent.
-    assert np.abs(np.log(ratio)).max() < np.log(1.45)
+    # 15 movements tell a weight to some 15 %, also when the true angles are taken (next test).
+    assert np.abs(np.log(ratio)).max() < np.log(1.25)
     assert np.isnan([identified[joint] for joint in found.weights.joints[len(JOINTS) :]]).all()
+
+
+def test_markers_give_the_weights_that_the_true_angles_give(made, found):
+    study = []
+    for m, q in zip(found.person.movements, true_angles(made, found), strict=True):
+        recording = replace(m.motion.recording, q=q, qd=np.gradient(q, 2.0 / RATE, axis=0))
+        moving = attach_arm(recording, made.capture.arm, task=Position(made.capture.arm, "wrist"))
+        study.append(moving.window(m.moments["start"], m.moments["end"] + 1))
+    ratio = found.weights.weights / identify_weights(Study(tuple(study))).weights
+    assert np.abs(np.log(ratio[: len(JOINTS)])).max() < np.log(1.04)
 
 
 def test_stiffness_is_that_of_the_person(made, found):
@@ -86,12 +127,7 @@ def test_stiffness_is_that_of_the_person(made, found):
 
 def test_swivel_angles_are_those_that_were_generated(made, found):
     arm = made.capture.arm
-    labels = [m.labels for m in made.capture.movements]
-    true = {
-        (m.condition, m.trial): q[::2] for m, q in zip(labels, made.capture.angles, strict=True)
-    }
-    for m in found.person.movements:
-        q = true[m.labels.condition, m.labels.trial]
+    for m, q in zip(found.person.movements, true_angles(made, found), strict=True):
         places = tip_positions(arm.chain, q, [arm.tip(k) for k in ("shoulder", "elbow", "wrist")])
         angles = swivel_angle(*np.swapaxes(places, 0, 1), down=-arm.up)
         assert np.degrees(np.abs(angles - m.motion.swivel)).max() < 3.0
@@ -99,7 +135,8 @@ def test_swivel_angles_are_those_that_were_generated(made, found):
 
 def test_the_persons_own_law_ends_nearer_than_joints_all_alike(found):
     mean = found.plans.groupby("model")["posture_error_deg"].mean()
-    assert mean[OWN_LAW] < 0.8 * mean[ALIKE]
+    # The law that generated the movements, in place of the fitted one, comes to 0.84 of it.
+    assert mean[OWN_LAW] < 0.9 * mean[ALIKE]
     # Damping and stiffness of this person are one, so that weights as damping say the same.
     assert mean[OWN_WEIGHTS] < 0.8 * mean[ALIKE]
 

@@ -8,6 +8,10 @@ elbow follow by λ0-PMP ([Tommasino2017] eqs 4 and 7) with damping W = τ₀ K, 
 
 So one set of numbers is behind the weights and behind the postures, and a report on this person can
 be held against it. The wrist's own joints turn with the reach and move nothing else.
+
+Markers do not tell the girdle's anatomical zero: calibration counts the girdle's angles from where
+movements start. So that truth and report count alike, the girdle's rest is the one with which the
+law has the girdle at zero at the start: in equilibrium, K (q - q*) = Jᵀ f for all six joints.
 """
 
 from collections.abc import Iterator
@@ -38,7 +42,7 @@ SUBJECT = "P1"
 # The joints that carry the wrist: stiffness (N m/rad; trace 4 for the law's four), rest (degrees).
 JOINTS = ("scapula_protraction", "scapula_elevation", *LAW_JOINTS)
 STIFFNESS = (3.0, 3.5, 0.6, 1.3, 1.1, 1.0)
-REST_DEG = (3.0, 5.0, 45.0, 25.0, -20.0, 80.0)
+REST_DEG = (5.04, -0.37, 45.0, 25.0, -20.0, 80.0)
 # Postures (degrees) that put the wrist at the start and at each target; the person's own differ.
 START_DEG = (0.0, 0.0, 15.0, 20.0, -15.0, 85.0)
 TARGETS_DEG = {
