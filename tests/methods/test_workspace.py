@@ -13,7 +13,7 @@ from selfmotion.kinematics.fast_position import positions
 from selfmotion.kinematics.forward import forward_kinematics
 from selfmotion.methods.joint_limited_ik import solve_ik
 from selfmotion.methods.reaching.ik_tasks import HandRows
-from selfmotion.methods.reaching.screen import reach_screen
+from selfmotion.methods.reaching.screen import Reach, reach_screen
 from selfmotion.methods.workspace import WorkspaceOptions, workspace
 from selfmotion.redundancy.task import Position
 from selfmotion.spatial import transform
@@ -113,6 +113,38 @@ def test_no_point_reached_at_the_ends_of_ranges_is_refused(limits):
     screen = reach_screen(HandRows(arm, XYZ))
     q = at_ends(arm, 200_000, rng)
     assert not screen.refuses(positions(arm.chain, q, arm.tip("hand"))).any()
+
+
+@pytest.mark.parametrize(
+    ("limits", "centre", "claimed", "posture"),
+    [
+        (
+            {},
+            [0.11506772, -0.26934187, -0.02923154],
+            5.605e-3,
+            "0.23387412 0.07986577 -0.37175513 1.65866886 -1.18682389 2.13575742 -0.48694686 "
+            "-0.50310182 2.66860843",
+        ),
+        (
+            BRACE,
+            [0.70910073, 0.14870255, -0.30505199],
+            80.848e-3,
+            "-0.02834831 0.21293017 -0.37175513 0.51619865 2.32128791 1.12050138 -0.11457373 "
+            "-0.66021049 0.70882207",
+        ),
+    ],
+    ids=["beside the reach", "far out"],
+)
+def test_a_misjudged_distance_refuses_nothing_reached(limits, centre, claimed, posture):
+    """Inverse kinematics once stopped short of the postures nearest to these points."""
+    arm = load_arm("upper_limb").with_limits(limits)
+    screen = reach_screen(HandRows(arm, XYZ), n_points=16)
+    q = np.clip(np.array([posture.split()], dtype=float), arm.lower, arm.upper)
+    hand = positions(arm.chain, q, arm.tip("hand"))
+    assert np.linalg.norm(hand - centre) < 0.95 * claimed - 1e-3
+    far = 0.5 * (arm.lower + arm.upper)[None]
+    misjudged = Reach(np.array([centre]), np.array([False]), np.array([claimed]), far)
+    assert not screen.learn(misjudged).refuses(hand).any()
 
 
 def test_distances_are_no_longer_than_to_any_known_posture():

@@ -25,15 +25,18 @@ from selfmotion.methods.reaching.ik_seeds import (
     seed_table,
 )
 from selfmotion.methods.reaching.ik_tasks import ROWS, HandRows
-from selfmotion.methods.reaching.nearby import decide_nearby
+from selfmotion.methods.reaching.nearby import AWAY, decide_nearby
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
-# A ball is smaller than the distance found by this (m) and by this part: inverse kinematics may
-# stop a little short of the nearest posture. Nor does a ball come nearer than this to any position
-# that is known to be reached.
-MARGIN, MARGIN_PART = 2e-3, 0.05
+# A ball is smaller by this (m) and by this part than the distance found, or that to the nearest
+# position known to be reached: inverse kinematics may miss the nearest posture, by up to 12 mm at
+# points within 20 mm of the reach and by up to 8 mm at others. So points nearer than `AWAY`, which
+# were not tried from the ends of ranges either, make no balls at all.
+MARGIN, MARGIN_PART = 12e-3, 0.05
+# The box is wider than what was reached by this (m) and by this part on each side.
+BOX_MARGIN, BOX_PART = 2e-3, 0.005
 # Balls looked at for a point: the nearest ones.
 BALLS = 8
 # Postures whose positions are known to be reached, most of them at the ends of ranges.
@@ -190,8 +193,9 @@ class ReachScreen:
         new ball comes near that.
         """
         out = ~reach.reachable & np.isfinite(reach.distance)
-        points, radius = reach.points[out], (1.0 - MARGIN_PART) * reach.distance[out]
-        radius = np.minimum(radius, self._known.query(points)[0]) - MARGIN
+        away = reach.distance[out] > AWAY
+        points, nearest = reach.points[out][away], reach.distance[out][away]
+        nearest = np.minimum(nearest, self._known.query(points)[0])
         hands, postures, tree = self.hands, self.postures, None
         if not self.task.angles:  # elsewhere a hand may be at a point, but turned
             hands = np.concatenate(
@@ -199,7 +203,8 @@ class ReachScreen:
             )
             postures = np.concatenate([postures, reach.q[reach.reachable], reach.q[out]])
             tree = _quick_tree(hands)
-            radius = np.minimum(radius, tree.query(points)[0] - MARGIN)
+            nearest = np.minimum(nearest, tree.query(points)[0])
+        radius = (1.0 - MARGIN_PART) * nearest - MARGIN
         new = radius > 0
         learned = replace(
             self,
@@ -281,7 +286,7 @@ def reach_box(task: HandRows) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray,
                 if gained < 1e-3:
                     break
             ends[side, axis] = sign * reached
-    margin = 0.005 * (ends[1] - ends[0]) + MARGIN
+    margin = BOX_PART * (ends[1] - ends[0]) + BOX_MARGIN
     return freeze(ends[0] - margin), freeze(ends[1] + margin)
 
 
