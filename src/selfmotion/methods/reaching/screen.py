@@ -222,7 +222,7 @@ class ReachScreen:
 def reach_screen(
     task: HandRows,
     *,
-    n_points: int = 2048,
+    n_points: int = 8192,
     seeds: SeedTable | None = None,
     options: IkOptions | None = None,
 ) -> ReachScreen:
