@@ -16,6 +16,7 @@ from selfmotion.methods.reaching.ik_tasks import (
     roll_pitch_yaw,
     rotation_of,
 )
+from selfmotion.methods.reaching.saturation import saturated_posture
 from selfmotion.redundancy.task import Pose, Position
 from selfmotion.spatial import exp_rotation, log_rotation
 
@@ -188,6 +189,17 @@ def test_published_step_is_eqs_12_to_16():
     Jc = task.jacobian(q)[0] @ dzeta
     v = v + Jc.T @ np.linalg.solve(Jc @ Jc.T + 1e-3 * np.eye(3), task.error(q, target)[0])
     np.testing.assert_allclose(found, width / np.pi * np.arctan(v) + middle, atol=1e-12)
+
+
+def test_saturated_postures_are_the_inverse_of_eq_10():
+    arm, v = upper_limb(), np.linspace(-8.0, 8.0, 9)
+    q, slopes = saturated_posture(arm, v)
+    back = np.tan(np.pi / 2 * (2 * q - arm.upper - arm.lower) / (arm.upper - arm.lower))
+    np.testing.assert_allclose(back, np.tile(v[:, None], len(arm.joints)), rtol=1e-9, atol=1e-12)
+    above, below = (saturated_posture(arm, v + h)[0] for h in (1e-5, -1e-5))
+    np.testing.assert_allclose(slopes, (above - below) / 2e-5, rtol=1e-6)
+    apart = saturated_posture(arm, np.tile(v[:, None], len(arm.joints)))
+    np.testing.assert_array_equal(apart[0], q)
 
 
 def test_threads_and_batches_change_nothing():

@@ -8,6 +8,7 @@ from selfmotion.kinematics.solid_shapes import Ellipsoid
 from selfmotion.methods.reaching.ik_tasks import HandRows
 from selfmotion.methods.reaching.screen import reach_screen
 from selfmotion.methods.workspace import WorkspaceOptions
+from selfmotion.report.ik_figures import saturation_figure
 from selfmotion.report.workspace_figures import (
     DEVICE_JOINTS,
     arc_joints_figure,
@@ -111,5 +112,10 @@ def test_pictures_are_drawn(study):
     assert len(hulls_figure(study.workspace, body).axes) == 2
     assert all(len(ax.lines) == 4 for ax in island_figure(study.places.island, body).axes)
     assert len(arcs_figure(study.devices[1]).axes) == 4
+    arm = study.workspace.arm
+    for ax in saturation_figure(arm).axes:  # fig. 2: no curve leaves its joint's range
+        for line, low, high in zip(ax.lines, arm.lower, arm.upper, strict=True):
+            angles = np.deg2rad(np.asarray(line.get_ydata()))
+            assert low < angles.min() < angles.max() < high
     joints = arc_joints_figure(study.devices[0]).axes
     assert len(joints) == 2 * len(DEVICE_JOINTS) and all(ax.lines for ax in joints)

@@ -2,9 +2,11 @@
 
 import pandas as pd
 
+from selfmotion.kinematics.arm import Arm
 from selfmotion.methods.workspace import Workspace
 from selfmotion.provenance import Provenance
 from selfmotion.report.html import Footer, Page, Picture, Section, Table
+from selfmotion.report.ik_figures import saturation_figure
 from selfmotion.report.reproductions_page import BY_FIGURE
 from selfmotion.report.workspace_figures import (
     arc_joints_figure,
@@ -37,6 +39,7 @@ def deboon_page(made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
             ),
             tables=(Table(numbers, "“Kind” says what may be compared."),),
         ),
+        saturation_section(made.workspace.arm),
         workspace_section(made),
         island_section(made),
         *(device_section(device) for device in made.devices),
@@ -46,6 +49,28 @@ def deboon_page(made: DeBoonStudy, numbers: pd.DataFrame, provenance: Provenance
     footer = Footer((provenance, made.workspace.provenance), ("DeBoon",))
     title = "DeBoon et al., computed again"
     return Page(title, tuple(sections), made.summary(), footer)
+
+
+def saturation_section(arm: Arm) -> Section:
+    """Show the functions that keep joints inside their limits in the paper's scheme."""
+    return Section(
+        "Joint limits as saturation",
+        words=(
+            "The paper's inverse kinematics steps in a variable v without bounds, and the joint "
+            "angle follows by an arctangent (eq. 11): it never passes a limit. The price is seen "
+            "on the right: near a limit a step of v hardly moves the joint, back from the limit as "
+            "little as towards it. What follows was therefore computed by steps inside the limits "
+            "(selfmotion ik, default), which have no such brake.",
+        ),
+        pictures=(
+            Picture(
+                saturation_figure(arm),
+                "Left: Fig. 2(a), by eq. 11 with the ranges of the model (Table 3; the last three "
+                "upper limits are assumed). Right: its slope, the diagonal of eq. 13.",
+                "Joint angles over the unbounded variable, and their slopes",
+            ),
+        ),
+    )
 
 
 def workspace_section(made: DeBoonStudy) -> Section:

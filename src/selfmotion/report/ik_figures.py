@@ -4,11 +4,24 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
-from selfmotion.report.theme import BASELINE, TASK, joint_colour, new_figure, themed, words
+from selfmotion.kinematics.arm import Arm
+from selfmotion.methods.reaching.saturation import saturated_posture
+from selfmotion.report.theme import (
+    BASELINE,
+    TASK,
+    joint_colour,
+    joint_dash,
+    legend_below,
+    new_figure,
+    themed,
+    words,
+)
 
 # Errors up to this (mm) are drawn at it: they say where the solver stopped, nothing of the arm.
 LEAST_MM = 1e-3
 COLUMNS = 3
+# How far the unbounded variable is drawn; the arctangent has then gone 94 % of its way.
+SATURATED = 10.0
 
 
 @themed
@@ -99,6 +112,31 @@ def error_figure(
     ax.set_xlabel("target (in the order of the file)" if time is None else "time (s)")
     ax.set_ylabel("distance to the target (mm)")
     ax.set_ylim(0.4 * LEAST_MM, max(1.0, 3.0 * float(y.max())))
+    return figure
+
+
+@themed
+def saturation_figure(arm: Arm) -> Figure:
+    """Draw each joint over the unbounded variable, and how far a step moves it ([DeBoon] fig. 2).
+
+    Args:
+        arm: with finite limits.
+    """
+    figure, axes = new_figure(1, 2, size=(7.2, 4.6), share_y=True)
+    left, right = axes[0]
+    v = np.linspace(-SATURATED, SATURATED, 401)
+    angles, slopes = (np.rad2deg(values) for values in saturated_posture(arm, v))
+    for j, joint in enumerate(arm.joints):
+        style = {"color": joint_colour(j), "linestyle": joint_dash(j), "label": words(joint)}
+        left.plot(v, angles[:, j], **style)
+        right.plot(slopes[:, j], angles[:, j], **style)
+    left.set_title("angle")
+    left.set_xlabel("unbounded variable v")
+    left.set_ylabel("joint angle θ (degrees)")
+    right.set_title("how far a step of v moves it")
+    right.set_xlabel("dθ/dv (degrees)")
+    right.set_xlim(left=0.0)
+    legend_below(figure, left, columns=3)
     return figure
 
 

@@ -168,6 +168,7 @@ TOMMASINO2017 = (
 )
 
 _SPACE, _ABSENT = "Scenario 1: the workspace", "What cannot be compared"
+_SATURATED = "Joint limits as saturation"
 _ISLAND = "Scenario 1: over the shoulder"
 _SAGITTAL = "Scenario 2: circles in the sagittal plane"
 _CORONAL = "Scenario 3: circles in the coronal plane"
@@ -182,9 +183,10 @@ DEBOON = (
     PaperFigure(
         "Fig 2",
         "saturation functions; block diagram",
-        TAKEN,
-        "",
-        "eqs 10 and 11: selfmotion ik --method paper steps in these variables",
+        COMPUTED,
+        _SATURATED,
+        "eqs 10 and 11, with the limits of Table 3: the caption's “Table 1” has none; the diagram "
+        "is selfmotion ik --method paper",
     ),
     PaperFigure("Figs 3, 4", "setup, photographs", NO_RESULT, "", ""),
     PaperFigure("Table 2", "list of landmarks", NO_RESULT, "", ""),
