@@ -47,7 +47,7 @@ def exoskeleton(
         >>> from selfmotion.kinematics.forward import forward_kinematics
         >>> arm = exoskeleton([0.3, 0.35])
         >>> T = forward_kinematics(arm.chain, [0, 0, 0, np.pi / 2], arm.tip("hand"))
-        >>> T[0, :3, 3].round(6).tolist()
+        >>> (T[0, :3, 3].round(6) + 0.0).tolist()  # no negative zero
         [0.35, 0.0, -0.3]
     """
     person = body or Body()

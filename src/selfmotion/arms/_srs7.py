@@ -60,7 +60,7 @@ def srs7(
         >>> from selfmotion.kinematics.forward import forward_kinematics
         >>> arm = srs7([0.3, 0.25])
         >>> T = forward_kinematics(arm.chain, [0, 0, 0, np.pi / 2, 0, 0, 0], arm.tip("hand"))
-        >>> T[0, :3, 3].round(6).tolist()
+        >>> (T[0, :3, 3].round(6) + 0.0).tolist()  # no negative zero
         [0.25, -0.3, 0.0]
     """
     person = body or Body()

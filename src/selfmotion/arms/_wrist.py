@@ -25,7 +25,7 @@ def wrist(*, body: Body | None = None) -> Arm:
 
     Example:
         >>> from selfmotion.redundancy.task import Pointing
-        >>> Pointing(wrist()).value([0.0, -0.2618, 0.0]).round(3).tolist()
+        >>> (Pointing(wrist()).value([0.0, -0.2618, 0.0]).round(3) + 0.0).tolist()  # no -0.0
         [[0.259, 0.0]]
     """
     person = body or Body()
