@@ -1,1 +1,4 @@
-"""The parts of weight identification ([Khoramshahi2022]); its verbs are in `identification`."""
+"""The parts of weight identification and of the split of velocities ([Khoramshahi2022]).
+
+The verbs are in `identification` and `velocity_split`.
+"""
