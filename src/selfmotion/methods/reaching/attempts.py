@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 INSIDE = 1e-6
 # Targets below which a second thread costs more than it saves.
 TARGETS_PER_THREAD = 256
+# The same for descents, which are what is left when the quick targets are met: each costs more.
+DESCENTS_PER_THREAD = 64
 # A pose missed by less than this (m, with angles times the rotation scale) is tried again from so
 # many postures for each restart, most of which have joints at their limits: poses at the end of
 # several ranges have small basins, which evenly spread postures rarely meet.
@@ -119,7 +121,7 @@ def descend_from(
             Outputs(*(v[a:b] for v in views)),
         )
 
-    share(work, len(chosen), problem.threads, least=TARGETS_PER_THREAD)
+    share(work, len(chosen), problem.threads, least=DESCENTS_PER_THREAD)
     for whole, filled in zip(out, views, strict=True):
         whole[chosen] = filled
 
