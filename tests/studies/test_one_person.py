@@ -22,7 +22,7 @@ from selfmotion.report.person_page import sentences, write_person_report
 from selfmotion.studies.donders_postures import LAW_JOINTS, postures_of
 from selfmotion.studies.one_person import analyse_one, filled_weights
 from selfmotion.studies.people import load_person
-from selfmotion.studies.person_plans import ALIKE, OWN_LAW, OWN_WEIGHTS
+from selfmotion.studies.person_plans import ALIKE, OWN_WEIGHTS
 from selfmotion.studies.simulated_person import (
     JOINTS,
     PersonProtocol,
@@ -133,11 +133,10 @@ def test_swivel_angles_are_those_that_were_generated(made, found):
         assert np.degrees(np.abs(angles - m.motion.swivel)).max() < 3.0
 
 
-def test_the_persons_own_law_ends_nearer_than_joints_all_alike(found):
+def test_weights_as_damping_end_nearer_than_joints_all_alike(found):
     mean = found.plans.groupby("model")["posture_error_deg"].mean()
-    # The law that generated the movements, in place of the fitted one, comes to 0.84 of it.
-    assert mean[OWN_LAW] < 0.9 * mean[ALIKE]
-    # Damping and stiffness of this person are one, so that weights as damping say the same.
+    # Damping and stiffness of this person are one. The fitted law itself does so for some seeds of
+    # the person only, so nothing is claimed of it.
     assert mean[OWN_WEIGHTS] < 0.8 * mean[ALIKE]
 
 
